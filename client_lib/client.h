@@ -276,8 +276,8 @@ class Client {
   }
   /// `filter`: name with * for any characters; empty: all.
   std::vector<requests::EntityInfo> get_entities(const std::string& filter = {},
-                                                 std::optional<ComponentType> category = {}) {
-    return call(requests::GetEntities{filter, category}).entities;
+                                                 std::optional<ComponentType> type = {}) {
+    return call(requests::GetEntities{filter, type}).entities;
   }
   /// The server answers between two steps.
   Answer<requests::GetEntityState> get_entity_state(const std::string& entity) {

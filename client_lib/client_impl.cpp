@@ -182,9 +182,8 @@ Client::Impl::Sender& Client::Impl::sender_for(const TopicInfo& info, const std:
             s->incompatible_policy = policy;
             changed.notify_all();
           });
-      const auto qos = info.qos == TopicQos::command
-                           ? client::command_writer_qos(link.default_writer_qos(), options.ownership_strength)
-                           : writer_qos(link.default_writer_qos(), qos_of(info));
+      auto qos = writer_qos(link.default_writer_qos(), qos_of(info));
+      qos.ownership_strength().value = options.ownership_strength;
       made->writer = link.create_writer("rt/" + topic, type(), qos, made->listener.get());
       slot = std::move(made);
     }

@@ -78,18 +78,6 @@ GuidPrefix participant_of(const dds::InstanceHandle_t& handle) {
   return guid_of(handle).guidPrefix;
 }
 
-dds::DataWriterQos command_writer_qos(const dds::DataWriterQos& defaults, std::uint32_t ownership_strength) {
-  dds::DataWriterQos qos = writer_qos(defaults, qos_of(TopicQos::command));
-  qos.ownership().kind = dds::EXCLUSIVE_OWNERSHIP_QOS;
-  qos.ownership_strength().value = ownership_strength;
-  // The robot passes to the next sender when this one has shown no sign of life for so long. At most the
-  // server's lease.
-  qos.liveliness().kind = dds::AUTOMATIC_LIVELINESS_QOS;
-  qos.liveliness().lease_duration = DdsDuration(1, 0);
-  qos.liveliness().announcement_period = DdsDuration(0, 250000000);
-  return qos;
-}
-
 Link::Link(int domain, const std::string& name, const LinkProfile& profile, DiscoveryListener* listener)
     : process_(::getpid()) {
   if (domain < 0 || domain > 232)

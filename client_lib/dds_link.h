@@ -19,9 +19,6 @@ using GuidPrefix = rtps::GuidPrefix_t;
 /// Which participant an entity or a sample belongs to: the identity of one run of a server.
 GuidPrefix participant_of(const dds::InstanceHandle_t& handle);
 
-/// QoS of a command writer. The reader takes the samples of the writer with the highest ownership strength.
-dds::DataWriterQos command_writer_qos(const dds::DataWriterQos& defaults, std::uint32_t ownership_strength);
-
 /// Discovery and identity of a participant.
 struct LinkProfile {
   std::string profiles_file;     ///< Fast DDS profiles (XML); empty: this machine only

@@ -105,9 +105,10 @@ void RawTopics::open(const std::string& name, int depth) {
     if (found == topics_.end() || found->second->reader != nullptr) return;
     known = found->second.get();
   }
-  auto qos = reader_qos(link_->default_reader_qos(),
-                        {.reliable = known->topic.reliable, .latched = known->topic.latched, .depth = depth});
-  qos.ownership().kind = known->exclusive ? dds::EXCLUSIVE_OWNERSHIP_QOS : dds::SHARED_OWNERSHIP_QOS;
+  const auto qos = reader_qos(link_->default_reader_qos(), {.reliable = known->topic.reliable,
+                                                            .latched = known->topic.latched,
+                                                            .depth = depth,
+                                                            .exclusive = known->exclusive});
   dds::DataReader* reader = link_->create_reader(
       dds_name(name), dds::TypeSupport(new BytesType(recording::dds_type_name(known->topic.type))), qos,
       known);

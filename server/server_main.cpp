@@ -19,6 +19,7 @@
 #include <thread>
 #include <vector>
 
+#include "idl/command_line/enumeration.h"
 #include "idl/command_line/numbers.h"
 #include "server/dds/dds_adapter.h"
 #include "server/dds/topic_names.h"
@@ -37,7 +38,7 @@ constexpr int kFailed = takt::kCrashed;
 struct Arguments {
   std::filesystem::path scenario;
   std::string cell = "cell";
-  std::string pace = "realtime";
+  std::string pace{takt::to_string(takt::Pace::realtime)};
   double factor = 1.0;
   bool paused = false, pause_at_end = false, exit_at_end = false;
   std::uint32_t domain = 0;
@@ -66,11 +67,9 @@ void describe_arguments(CLI::App& app, Arguments& arguments) {
   app.add_option("--cell", arguments.cell, "name of this server: first level of every topic")
       ->envname("TAKT_CELL")
       ->capture_default_str();
-  app.add_option(
-         "--pace", arguments.pace,
-         "realtime; free: as fast as possible; lockstep: waits for registered controllers (default realtime)")
-      ->check(CLI::IsMember({"realtime", "free", "lockstep"}))
-      ->option_text("realtime|free|lockstep");
+  app.add_option("--pace", arguments.pace, "relation of simulated time to wall time")
+      ->check(CLI::IsMember(takt::command_line::words_of<takt::Pace>()))
+      ->capture_default_str();
   app.add_option("--factor", arguments.factor, "simulated seconds per second of wall time, for realtime")
       ->check(takt::command_line::number_from(limit_of_factor("min"), limit_of_factor("max")))
       ->capture_default_str();

@@ -51,14 +51,14 @@ void bind_point(py::module_& m) {
            R"(time_s: from the start of the trajectory, in s; ascending
 positions: (joints,) in rad or m
 velocities: (joints,) in rad/s or m/s; empty: none; those of the last point are 0
-accelerations: (joints,) in rad/s2 or m/s2; empty: none
+accelerations: (joints,) in rad/s^2 or m/s^2; empty: none
 efforts: (joints,) in N m or N, added to what the drives' controllers want; empty: none)")
       .def_readonly("time_s", &TrajectoryPoint::time_s, "Time from the start of the trajectory, in s.")
       .def_property_readonly("positions", array(&TrajectoryPoint::positions), "Array (joints,) in rad or m.")
       .def_property_readonly("velocities", array(&TrajectoryPoint::velocities),
                              "Array (joints,) in rad/s or m/s, or (0,).")
       .def_property_readonly("accelerations", array(&TrajectoryPoint::accelerations),
-                             "Array (joints,) in rad/s2 or m/s2, or (0,).")
+                             "Array (joints,) in rad/s^2 or m/s^2, or (0,).")
       .def_property_readonly("efforts", array(&TrajectoryPoint::efforts),
                              "Array (joints,) in N m or N, or (0,).");
 }
@@ -131,7 +131,7 @@ Raises MotionError where none is found, with the distance of the best attempt.)"
 
 start, end: joint positions (joints,)
 speed: fraction of every joint's own limit, in (0, 1]
-acceleration_rad_per_s2: of every joint; m/s2 for prismatic joints
+acceleration_rad_per_s2: of every joint; m/s^2 for prismatic joints
 duration_s: of the motion, in s; 0: as fast as the limits allow
 period_s: time from point to point, in s
 

@@ -8,11 +8,9 @@
 #include <string>
 
 #include "idl/common/named_lists.h"
+#include "idl/common/text.h"
 
 namespace takt::recording {
-
-/// "0x" and 16 digits, as in the reports of takt-run.
-std::string hexadecimal(std::uint64_t number);
 
 namespace detail {
 
@@ -25,7 +23,7 @@ struct JsonValues {
       return to_string(number);
     } else if constexpr (std::is_integral_v<Number> && !std::is_same_v<Number, bool>) {
       if (has_annotation(field.annotations, "hexadecimal"))
-        return hexadecimal(static_cast<std::uint64_t>(number));
+        return hexadecimal_text(static_cast<std::uint64_t>(number));
       const std::string_view list = annotation(field.annotations, "index");
       if (list.empty()) return number;
       const std::string* name = cell.name_of(list, static_cast<std::int64_t>(number));

@@ -4,6 +4,7 @@
 #include <set>
 
 #include "idl/common/glob.h"
+#include "takt_msgs.h"
 
 namespace takt::recording {
 namespace {
@@ -54,7 +55,7 @@ void read_signals(McapReader& recording, const std::vector<std::string>& pattern
   recording.read([&](const McapMessage& message) {
     const McapChannel& channel = *message.channel;
     if (channel.encoding != "cdr" || recording.types().find(channel.type) == nullptr) return true;
-    const bool description = channel.type == "takt_msgs/msg/CellDescription";
+    const bool description = channel.type == message_info<takt_msgs::msg::CellDescription>().name;
     SignalSample sample;
     sample.topic = short_topic(channel.topic);
     if (!description && !can_fit(sample.topic, patterns)) return true;

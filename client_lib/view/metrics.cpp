@@ -60,7 +60,7 @@ std::string Metrics::text() {
   Impl& impl = *impl_;
   if (impl.channel == 0)
     for (const Channel& channel : impl.stream.channels_from(0))
-      if (channel.type == "takt_msgs/msg/Status") impl.channel = channel.id;
+      if (channel.type == message_info<takt_msgs::msg::Status>().name) impl.channel = channel.id;
   const Sample sample = impl.channel == 0 ? Sample{} : impl.stream.newest(impl.channel);
   const bool up = sample.bytes && wall_s() - 1e-9 * static_cast<double>(sample.time_ns) < kSilence_s;
   impl.set("takt_up", "1 while the server sends its status.", up ? 1.0 : 0.0);

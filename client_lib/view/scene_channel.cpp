@@ -9,6 +9,7 @@
 #include "client_lib/recording/message_types.h"
 #include "foxglove_msgs.h"
 #include "idl/common/cdr.h"
+#include "idl/common/frames.h"
 
 namespace takt::view {
 
@@ -16,7 +17,6 @@ namespace {
 
 constexpr std::chrono::milliseconds kPeriod{50};
 constexpr double kMetresPerNewton = 0.01;
-constexpr const char* kWorld = "world";
 
 builtin_interfaces::msg::Time to_time(std::uint64_t ns) {
   return {static_cast<std::int32_t>(ns / 1'000'000'000U), static_cast<std::uint32_t>(ns % 1'000'000'000U)};
@@ -214,7 +214,7 @@ void SceneChannel::make_frames(const takt_msgs::msg::CellState& state, std::uint
   for (std::size_t i = 0; i < state.components.size(); ++i) {
     const auto& q = state.components[i].orientation;
     frames.transforms.push_back({to_time(time_ns),
-                                 kWorld,
+                                 kWorldFrame,
                                  frame_of(description_->components[i]),
                                  to_vector(state.components[i].position),
                                  {q.x, q.y, q.z, q.w}});
@@ -227,7 +227,7 @@ void SceneChannel::make_forces(const takt_msgs::msg::CellState& state, std::uint
   for (std::size_t i = 0; i < state.components.size(); ++i) {
     const auto& component = description_->components[i];
     if (component.type != ComponentType::part) continue;
-    auto& made = update.entities.emplace_back(entity(time_ns, kWorld, "force on " + component.name));
+    auto& made = update.entities.emplace_back(entity(time_ns, kWorldFrame, "force on " + component.name));
     const auto& f = state.components[i].force;
     const auto& p = state.components[i].position;
     const double size = std::sqrt(f.x * f.x + f.y * f.y + f.z * f.z), length = kMetresPerNewton * size;

@@ -2,6 +2,8 @@
 
 #include <array>
 #include <charconv>
+#include <cinttypes>
+#include <cstdio>
 
 namespace takt {
 namespace {
@@ -25,6 +27,12 @@ std::string number_text(double value, int digits) {
 
 std::string fixed_text(double value, int decimals) {
   return text_of(value, std::chars_format::fixed, decimals);
+}
+
+std::string hexadecimal_text(std::uint64_t number) {
+  char text[19];
+  std::snprintf(text, sizeof text, "0x%016" PRIx64, number);
+  return text;
 }
 
 }  // namespace takt

@@ -1,5 +1,6 @@
 #pragma once
 // Numbers and lists as text, the same in every locale.
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <string_view>
@@ -12,6 +13,8 @@ std::string exact_text(double value);
 std::string number_text(double value, int digits = 9);
 /// With this number of digits after the point, as printf("%.*f").
 std::string fixed_text(double value, int decimals);
+/// "0x" and 16 digits: hashes, as in all reports.
+std::string hexadecimal_text(std::uint64_t number);
 
 /// `text(item)` of each item, with the separator between them.
 template <class Items, class Text = std::identity>

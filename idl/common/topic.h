@@ -18,7 +18,7 @@ enum class TopicQos : std::uint8_t {
   event,          ///< each counts
   latched,        ///< a late joiner gets the newest at once
   latched_large,  ///< the same, of samples of megabytes
-  command,        ///< the newest counts
+  command,        ///< the newest of the strongest sender counts
   control,        ///< requests and replies
 };
 
@@ -28,7 +28,9 @@ struct QosPolicy {
   bool reliable = true;
   bool latched = false;  ///< transient local
   int depth = 1;
-  bool large = false;  ///< sent in fragments, by a thread of DDS
+  bool large = false;      ///< sent in fragments, by a thread of DDS
+  bool exclusive = false;  ///< ownership: of several writers the strongest is heard
+  double lease_s = 0.0;    ///< a writer without a sign of life for so long is passed over; 0: never
 };
 
 struct TopicInfo {
@@ -80,7 +82,7 @@ constexpr QosPolicy qos_of(TopicQos kind, int ros_depth = 1) {
     case TopicQos::control:
       return {.depth = 100};
     case TopicQos::command:
-      break;
+      return {.exclusive = true, .lease_s = 1.0};
   }
   return {};
 }

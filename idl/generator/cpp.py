@@ -70,9 +70,10 @@ def enumeration(one):
                    f"{quoted(one.doc)}, k{one.name}Enumerators}};\n\n")
 
 
-def struct(one):
-    text = f"{doc_lines(one.doc)}struct {one.name} {{\n"
-    for field in one.fields:
+def struct(one, reader):
+    base, inherited = (f" : {type_of(one.base)}", reader.structs[one.base].fields) if one.base else ("", [])
+    text = f"{doc_lines(one.doc)}struct {one.name}{base} {{\n"
+    for field in one.fields[len(inherited):]:
         meaning = ", ".join(part for part in (field.annotation("unit"),
                                               field.annotation("frame") and "in " + field.annotation("frame"),
                                               field.doc) if part)
@@ -123,7 +124,7 @@ def types_header(file, reader):
             text += f"}}  // namespace {namespace_of(scope)}\n\n" if scope else ""
             text += f"namespace {namespace_of(one.scope)} {{\n\n"
             scope = one.scope
-        text += enumeration(one) if one in file.enumerations else struct(one) + "\n"
+        text += enumeration(one) if one in file.enumerations else struct(one, reader) + "\n"
     text += f"}}  // namespace {namespace_of(scope)}\n"
     if file.structs:
         text += "\nnamespace takt {\n\n" + "\n".join(table(one, reader) for one in file.structs) + "\n}  // namespace takt\n"

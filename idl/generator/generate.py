@@ -48,7 +48,7 @@ def main(arguments):
     write(output / "takt_request_table.h", requests.table_header(reader))
     write(output / "takt_event_table.h", events.table_header(reader))
     for name, text in (("requests.py", python_api.module), ("enumerations.py", python_api.enumerations),
-                       ("messages.pyi", python_api.messages), ("topics.py", python_api.topics), ("enumerations.js", page_script.script)):
+                       ("messages.pyi", python_api.messages), ("topics.py", python_api.topics), ("messages.js", page_script.script)):
         write(output / name, text(reader))
     package, files = output / "ros" / ros.PACKAGE, ros.package(reader)
     for path, text in files.items():

@@ -66,7 +66,8 @@ class Field(Annotated):
 @dataclass
 class Struct(Annotated):
     scope: tuple         # ("takt_msgs", "msg")
-    fields: list
+    fields: list         # those of `base` first
+    base: str = ""       # full name of the struct that this one extends
 
     @property
     def full_name(self):
@@ -234,6 +235,9 @@ class Reader:
         struct = Struct(plain(tokens.take("word", "the name of a struct")), doc, notes, line, scope, [])
         if not struct.has("final"):
             raise IdlError(f"{file.path}:{line}: struct {struct.name} is not @final; all types of takt are")
+        if tokens.accept(":"):
+            struct.base = self._type(tokens, scope)[1]
+            struct.fields += self.structs[struct.base].fields
         tokens.expect("{")
         while not tokens.accept("}"):
             struct.fields.append(self._field(tokens, file, scope))
@@ -322,7 +326,8 @@ def read(paths):
 
 
 def find_gaps(reader):
-    """What the types of takt's own modules leave unsaid: a field without meaning, a number without unit."""
+    """What the types of takt's own modules leave unsaid: a field without meaning, a number without unit, a unit of another
+    spelling than that of scenario keys (server/fields/rules.h)."""
     for file in reader.files.values():
         for struct in file.structs:
             if struct.scope not in (("takt_msgs", "msg"), ("takt", "requests"), ("takt", "events")) or struct.has("quantity"):
@@ -333,3 +338,5 @@ def find_gaps(reader):
                     yield f"{where} has no comment; say in one line what it means"
                 if one.kind in ("float32", "float64") and not one.has("unit"):
                     yield f"{where} has no unit; add @unit(\"m\"), or @unit(\"1\") for a pure number"
+                for wrong in re.findall(r"[A-Za-z]\d\S*", one.annotation("unit")):
+                    yield f"{where} has the unit {one.annotation('unit')!r}; powers are written m^2, m/s^2, not {wrong}"

@@ -36,7 +36,8 @@ def _made(cls, values):
             make = (lambda one: _made(of, one)) if dataclasses.is_dataclass(of) else (lambda one: _enumerator(of, one))
             value = [make(one) for one in value] if isinstance(value, list) else make(value)
         elif value is not None and field.metadata.get("whole"):
-            value = [int(one) for one in value] if isinstance(value, list) else int(value)
+            whole = lambda one: int(one, 16) if isinstance(one, str) else int(one)
+            value = [whole(one) for one in value] if isinstance(value, list) else whole(value)
         made[field.name] = value
     return cls(**made)
 '''

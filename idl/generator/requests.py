@@ -88,6 +88,8 @@ def kind_of(field, reader):
         if struct.has("quantity"):
             return "numbers " + " ".join(f.name for f in struct.fields)
         return ("list of " if field.sequence else "") + f"{struct.name} (JSON)"
+    if field.has("hexadecimal"):
+        return "text, 0x and 16 hexadecimal digits"
     kind = {"boolean": "boolean", "string": "text", "float32": "number", "float64": "number"}.get(field.kind, "integer")
     kind = {"text": "texts", "number": "numbers", "integer": "integers"}[kind] if field.sequence else kind
     if field.has("names"):

@@ -77,6 +77,11 @@ bool is_whole(FieldKind kind) {
   return kind >= FieldKind::int8 && kind <= FieldKind::uint64;
 }
 
+/// @hexadecimal: 0x and 16 digits.
+bool is_hexadecimal(const FieldInfo& field) {
+  return has_annotation(field.annotations, "hexadecimal");
+}
+
 // --- JSON of documents
 
 template <typename Type>
@@ -142,6 +147,8 @@ Value value_of(const FieldInfo& field, const Type& from) {
     value.integer = static_cast<std::int64_t>(from);
   } else if constexpr (std::integral<Type>) {
     constexpr auto kMost = std::numeric_limits<std::int64_t>::max();
+    if (is_hexadecimal(field))
+      return {.kind = ValueKind::text, .text = hexadecimal_text(static_cast<std::uint64_t>(from))};
     value.kind = ValueKind::integer;
     value.integer = std::in_range<std::int64_t>(from) ? static_cast<std::int64_t>(from) : kMost;
   } else if constexpr (std::floating_point<Type>) {
@@ -164,6 +171,12 @@ Value value_of(const FieldInfo& field, const Type& from) {
     value.text = json_of(field, from).dump(-1, ' ', false, json::error_handler_t::replace);
   }
   return value;
+}
+
+bool read_hexadecimal(std::string_view text, std::uint64_t& number) {
+  if (!text.starts_with("0x")) return false;
+  const auto [last, error] = std::from_chars(text.data() + 2, text.data() + text.size(), number, 16);
+  return error == std::errc() && last == text.data() + text.size();
 }
 
 /// Within @min and @max, and one of @one_of.
@@ -201,6 +214,8 @@ bool take(const FieldInfo& field, const Value& from, Type& value) {
     value = static_cast<Type>(found->value);
     return true;
   } else if constexpr (std::integral<Type>) {
+    if constexpr (std::same_as<Type, std::uint64_t>)
+      if (is_hexadecimal(field)) return from.kind == ValueKind::text && read_hexadecimal(from.text, value);
     if (from.kind != ValueKind::integer || !std::in_range<Type>(from.integer) ||
         !is_allowed(field, static_cast<double>(from.integer)))
       return false;

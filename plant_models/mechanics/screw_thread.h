@@ -9,8 +9,8 @@ namespace takt {
 
 struct ScrewThread {
   double pitch_m = 0.0;
-  double length_m = 0.0;           ///< engaged when screwed in
-  double driving_torque_Nm = 0.0;  ///< needed to turn it, either way
+  double length_m = 0.0;            ///< engaged when screwed in
+  double driving_torque_N_m = 0.0;  ///< needed to turn it, either way
 
   /// Angle at which the thread releases (rad).
   double whole_angle_rad() const;
@@ -19,15 +19,15 @@ struct ScrewThread {
 
 /// Result of turning for a while.
 struct ThreadTurn {
-  double angle_rad = 0.0;  ///< turned by, positive: outwards
-  double torque_Nm = 0.0;  ///< of the screwdriver, never negative
-  bool free = false;       ///< it has been turned out
+  double angle_rad = 0.0;   ///< turned by, positive: outwards
+  double torque_N_m = 0.0;  ///< of the screwdriver, never negative
+  bool free = false;        ///< it has been turned out
 };
 
-/// For `duration_s` a screwdriver with at most `max_torque_Nm` turns, at `speed_rad_per_s` (positive: out), a
+/// For `duration_s` a screwdriver with at most `max_torque_N_m` turns, at `speed_rad_per_s` (positive: out), a
 /// thread that is already turned out by `turned_rad`. At its seat it turns no further in: the screwdriver
 /// then exerts its largest torque.
 ThreadTurn turn_thread(const ScrewThread& thread, double turned_rad, double speed_rad_per_s,
-                       double max_torque_Nm, double duration_s);
+                       double max_torque_N_m, double duration_s);
 
 }  // namespace takt

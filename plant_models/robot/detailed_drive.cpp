@@ -15,7 +15,8 @@ DetailedDrive::DetailedDrive(const DetailedDriveParameters& parameters) : parame
   require(p.gear_ratio != 0.0, "the gear ratio must not be zero", p.gear_ratio);
   require(p.motor_inertia_kg_m2 > 0.0 || (!p.elastic_gear && p.motor_inertia_kg_m2 == 0.0),
           "the motor's inertia must be positive", p.motor_inertia_kg_m2);
-  require(p.motor_constant_Nm_per_A > 0.0, "the motor constant must be positive", p.motor_constant_Nm_per_A);
+  require(p.motor_constant_N_m_per_A > 0.0, "the motor constant must be positive",
+          p.motor_constant_N_m_per_A);
   require(p.current_loop_rad_per_s > 0.0, "the current loop's frequency must be positive",
           p.current_loop_rad_per_s);
   require(p.current_loop_damping > 0.0, "the current loop's damping must be positive",
@@ -26,14 +27,14 @@ DetailedDrive::DetailedDrive(const DetailedDriveParameters& parameters) : parame
   require(p.speed_gain_As_per_rad > 0.0, "the speed gain must be positive", p.speed_gain_As_per_rad);
   require(p.speed_integral_time_s > 0.0, "the speed controller's integral time must be positive",
           p.speed_integral_time_s);
-  require(!p.elastic_gear || p.gear_stiffness_Nm_per_rad > 0.0, "an elastic gear needs a positive stiffness",
-          p.gear_stiffness_Nm_per_rad);
-  require(p.gear_damping_Nms_per_rad >= 0.0, "the gear's damping must not be negative",
-          p.gear_damping_Nms_per_rad);
-  require(p.friction.zero_speed_Nm >= 0.0, "friction at zero speed must not be negative",
-          p.friction.zero_speed_Nm);
+  require(!p.elastic_gear || p.gear_stiffness_N_m_per_rad > 0.0, "an elastic gear needs a positive stiffness",
+          p.gear_stiffness_N_m_per_rad);
+  require(p.gear_damping_N_m_s_per_rad >= 0.0, "the gear's damping must not be negative",
+          p.gear_damping_N_m_s_per_rad);
+  require(p.friction.zero_speed_N_m >= 0.0, "friction at zero speed must not be negative",
+          p.friction.zero_speed_N_m);
   require(p.friction.break_away >= 1.0, "the break-away factor must be at least 1", p.friction.break_away);
-  require(p.friction.slope_Nms >= 0.0, "the friction's slope must not be negative", p.friction.slope_Nms);
+  require(p.friction.slope_N_m_s >= 0.0, "the friction's slope must not be negative", p.friction.slope_N_m_s);
   require(p.friction.regularisation_speed_rad_per_s > 0.0, "the regularisation speed must be positive",
           p.friction.regularisation_speed_rad_per_s);
 }
@@ -60,18 +61,18 @@ double DetailedDrive::motor_speed_of(double qd, const double* z) const {
 }
 
 double DetailedDrive::feed_forward_current_A(const JointReference& reference) const {
-  return reference.feed_forward / (parameters_.gear_ratio * parameters_.motor_constant_Nm_per_A);
+  return reference.feed_forward / (parameters_.gear_ratio * parameters_.motor_constant_N_m_per_A);
 }
 
 double DetailedDrive::spring_torque(double qd, const double* z) const {
   const DetailedDriveParameters& p = parameters_;
-  return p.gear_stiffness_Nm_per_rad * z[deflection] +
-         p.gear_damping_Nms_per_rad * (p.gear_ratio * qd - z[motor_speed]);
+  return p.gear_stiffness_N_m_per_rad * z[deflection] +
+         p.gear_damping_N_m_s_per_rad * (p.gear_ratio * qd - z[motor_speed]);
 }
 
 void DetailedDrive::initial_state(const JointReference& reference, double tau, double* z) const {
   const DetailedDriveParameters& p = parameters_;
-  const double n = p.gear_ratio, k = p.motor_constant_Nm_per_A;
+  const double n = p.gear_ratio, k = p.motor_constant_N_m_per_A;
   const double speed = n * reference.qd;
   const double friction_speed_now = p.elastic_gear ? speed : reference.qd;
   FrictionMode mode = FrictionMode::stuck;
@@ -80,7 +81,7 @@ void DetailedDrive::initial_state(const JointReference& reference, double tau, d
   const double friction = p.friction.torque(mode, friction_speed_now);
   double psi = 0.0;
   if (p.elastic_gear) {
-    psi = -tau / (n * p.gear_stiffness_Nm_per_rad);
+    psi = -tau / (n * p.gear_stiffness_N_m_per_rad);
     z[deflection] = psi;
     z[motor_speed] = speed;
     z[current] = (tau / n + p.motor_inertia_kg_m2 * n * reference.qdd + friction) / k;
@@ -104,7 +105,7 @@ DriveOutput DetailedDrive::output(const JointReference&, double, double qd, cons
     output.torque = -p.gear_ratio * spring_torque(qd, z);
   } else {
     const FrictionMode present = mode(z);
-    output.torque = p.gear_ratio * p.motor_constant_Nm_per_A * z[current] - p.friction.torque(present, qd);
+    output.torque = p.gear_ratio * p.motor_constant_N_m_per_A * z[current] - p.friction.torque(present, qd);
     output.locks_joint = present == FrictionMode::stuck;
   }
   return output;
@@ -113,7 +114,7 @@ DriveOutput DetailedDrive::output(const JointReference&, double, double qd, cons
 void DetailedDrive::derivatives(const JointReference& reference, double q, double qd, const double* z,
                                 double* zdot) const {
   const DetailedDriveParameters& p = parameters_;
-  const double n = p.gear_ratio, k = p.motor_constant_Nm_per_A, R = p.resistance_ohm;
+  const double n = p.gear_ratio, k = p.motor_constant_N_m_per_A, R = p.resistance_ohm;
   const double w = p.current_loop_rad_per_s, D = p.current_loop_damping, g = p.power_stage_gain;
   const double speed = motor_speed_of(qd, z);
   const bool wind_up_counts = p.elastic_gear && !p.position_at_joint;
@@ -160,7 +161,7 @@ DrivePattern DetailedDrive::pattern() const {
 void DetailedDrive::jacobian(const JointReference&, double, double qd, const double* z,
                              DriveJacobian& J) const {
   const DetailedDriveParameters& p = parameters_;
-  const double n = p.gear_ratio, k = p.motor_constant_Nm_per_A, L = p.inductance_H();
+  const double n = p.gear_ratio, k = p.motor_constant_N_m_per_A, L = p.inductance_H();
   const double kp = p.position_gain_per_s, ks = p.speed_gain_As_per_rad, Ts = p.speed_integral_time_s;
   const double loop =
       p.current_loop_rad_per_s * p.resistance_ohm / (2.0 * p.power_stage_gain * p.current_loop_damping);
@@ -172,7 +173,7 @@ void DetailedDrive::jacobian(const JointReference&, double, double qd, const dou
   J.dz_dz[current][current] = -p.resistance_ohm / L;
   const FrictionMode present = mode(z);
   if (p.elastic_gear) {
-    const double c = p.gear_stiffness_Nm_per_rad, d = p.gear_damping_Nms_per_rad;
+    const double c = p.gear_stiffness_N_m_per_rad, d = p.gear_damping_N_m_s_per_rad;
     if (!p.position_at_joint) {
       J.dz_dz[integrator][deflection] = kp / Ts;
       J.dz_dz[current_controller][deflection] = -loop * ks * kp;
@@ -230,7 +231,7 @@ double DetailedDrive::friction_acceleration(double, double qd, double qdd, const
   if (!p.elastic_gear) return qdd;
   const FrictionMode present = mode(z);
   if (present == FrictionMode::stuck) return 0.0;
-  return (p.motor_constant_Nm_per_A * z[current] + spring_torque(qd, z) -
+  return (p.motor_constant_N_m_per_A * z[current] + spring_torque(qd, z) -
           p.friction.torque(present, z[motor_speed])) /
          p.motor_inertia_kg_m2;
 }
@@ -238,7 +239,7 @@ double DetailedDrive::friction_acceleration(double, double qd, double qdd, const
 double DetailedDrive::stuck_torque(double, double qd, double holding_torque, const double* z) const {
   if (!parameters_.elastic_gear)
     return -holding_torque;  // the holding torque is friction's torque on the joint
-  return parameters_.motor_constant_Nm_per_A * z[current] + spring_torque(qd, z);
+  return parameters_.motor_constant_N_m_per_A * z[current] + spring_torque(qd, z);
 }
 
 DriveSample DetailedDrive::sample(const JointReference&, double q, double qd, double holding_torque,
@@ -249,12 +250,12 @@ DriveSample DetailedDrive::sample(const JointReference&, double q, double qd, do
   sample.motor_current_A = z[current];
   sample.motor_voltage_V = -p.power_stage_gain * z[current_controller];
   sample.motor_speed_rad_per_s = motor_speed_of(qd, z);
-  sample.motor_torque_Nm = p.motor_constant_Nm_per_A * z[current];
+  sample.motor_torque_N_m = p.motor_constant_N_m_per_A * z[current];
   sample.gear_deflection_rad = p.elastic_gear ? z[deflection] : 0.0;
   sample.friction_mode = mode(z);
-  sample.friction_torque_Nm = has_modes() && sample.friction_mode == FrictionMode::stuck
-                                  ? stuck_torque(q, qd, holding_torque, z)
-                                  : p.friction.torque(sample.friction_mode, friction_speed(qd, z));
+  sample.friction_torque_N_m = has_modes() && sample.friction_mode == FrictionMode::stuck
+                                   ? stuck_torque(q, qd, holding_torque, z)
+                                   : p.friction.torque(sample.friction_mode, friction_speed(qd, z));
   sample.electrical_power_W = sample.motor_voltage_V * sample.motor_current_A;
   return sample;
 }

@@ -26,15 +26,15 @@ namespace takt {
 
 struct DetailedDriveParameters {
   bool elastic_gear = false;
-  double gear_ratio = 1.0;                 ///< n, motor per joint; any sign
-  double motor_inertia_kg_m2 = 0.0;        ///< J
-  double motor_constant_Nm_per_A = 0.0;    ///< k, also V s/rad
-  double current_loop_rad_per_s = 0.0;     ///< w
-  double current_loop_damping = 0.0;       ///< D
-  double resistance_ohm = 0.0;             ///< R
-  double power_stage_gain = 5.0;           ///< g
-  double gear_stiffness_Nm_per_rad = 0.0;  ///< c, on the motor side; elastic gear only
-  double gear_damping_Nms_per_rad = 0.0;   ///< d, on the motor side
+  double gear_ratio = 1.0;                  ///< n, motor per joint; any sign
+  double motor_inertia_kg_m2 = 0.0;         ///< J
+  double motor_constant_N_m_per_A = 0.0;    ///< k, also V s/rad
+  double current_loop_rad_per_s = 0.0;      ///< w
+  double current_loop_damping = 0.0;        ///< D
+  double resistance_ohm = 0.0;              ///< R
+  double power_stage_gain = 5.0;            ///< g
+  double gear_stiffness_N_m_per_rad = 0.0;  ///< c, on the motor side; elastic gear only
+  double gear_damping_N_m_s_per_rad = 0.0;  ///< d, on the motor side
   FrictionParameters friction;
   double position_gain_per_s = 0.0;    ///< kp
   double speed_gain_As_per_rad = 0.0;  ///< ks

@@ -42,9 +42,9 @@ struct DriveSample {
   double motor_current_A = 0.0;
   double motor_voltage_V = 0.0;
   double motor_speed_rad_per_s = 0.0;
-  double motor_torque_Nm = 0.0;      ///< of the motor on its shaft
+  double motor_torque_N_m = 0.0;     ///< of the motor on its shaft
   double gear_deflection_rad = 0.0;  ///< n q - phi_m, on the motor side
-  double friction_torque_Nm = 0.0;   ///< against motion, on the side where the friction is
+  double friction_torque_N_m = 0.0;  ///< against motion, on the side where the friction is
   FrictionMode friction_mode = FrictionMode::forward;
   double electrical_power_W = 0.0;  ///< u i of the motor model, 0 without one
   bool has_motor = false;

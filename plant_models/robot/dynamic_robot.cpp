@@ -154,7 +154,7 @@ double DynamicRobot::Impl::stop_force(int joint, const double* x) const {
   const EndStop& stop = stops[static_cast<size_t>(joint)];
   const double y = x[joint], v = x[joints + joint];
   const auto push = [&stop](double depth, double approach) {
-    const double damping = stop.damping_Ns_per_m * std::min(1.0, depth / kStopDampingDepth);
+    const double damping = stop.damping_N_s_per_m * std::min(1.0, depth / kStopDampingDepth);
     return std::max(0.0, stop.stiffness_N_per_m * depth + damping * approach);
   };
   if (y < 0.0) return push(-y, -v);
@@ -170,7 +170,7 @@ double DynamicRobot::Impl::sync_force(int joint, const double* x,
   const JointReference& theirs = wanted[static_cast<size_t>(other)];
   const double ahead = x[joint] - x[other] - (mine.q - theirs.q);
   const double faster = x[joints + joint] - x[joints + other] - (mine.qd - theirs.qd);
-  return -(sync(joint).stiffness_N_per_m * ahead + sync(joint).damping_Ns_per_m * faster);
+  return -(sync(joint).stiffness_N_per_m * ahead + sync(joint).damping_N_s_per_m * faster);
 }
 
 void DynamicRobot::Impl::solve(double t, const double* x, const CellMotion& motion,

@@ -55,13 +55,13 @@ struct DynamicRobot::Impl {
   int indicators = 0;
   struct EndStop {
     double upper_m = 0.0;
-    double stiffness_N_per_m = 0.0, damping_Ns_per_m = 0.0;
+    double stiffness_N_per_m = 0.0, damping_N_s_per_m = 0.0;
   };
   std::array<EndStop, kMaxJoints> stops{};
   /// The synchronising gears between the two jaws of a gripper, active as far as their references are equal:
   /// a held Part does not float if both drives are at their limit. Stored at the place of the left jaw.
   struct Sync {
-    double stiffness_N_per_m = 0.0, damping_Ns_per_m = 0.0;
+    double stiffness_N_per_m = 0.0, damping_N_s_per_m = 0.0;
   };
   std::array<Sync, kMaxJoints> syncs{};
   int other_jaw(int joint) const { return (joint - arm) % 2 == 0 ? joint + 1 : joint - 1; }

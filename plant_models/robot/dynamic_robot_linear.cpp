@@ -141,7 +141,7 @@ class DynamicRobot::Linear final : public VelocityForm {
   void add_couplings(double* matrix, std::size_t stride) const override {
     for (int left = m_.arm; left < m_.joints; left += 2) {
       const auto i = static_cast<size_t>(left);
-      const double value = b_ * (m_.syncs[i].damping_Ns_per_m + b_ / a_ * m_.syncs[i].stiffness_N_per_m);
+      const double value = b_ * (m_.syncs[i].damping_N_s_per_m + b_ / a_ * m_.syncs[i].stiffness_N_per_m);
       for (const size_t row : {i, i + 1}) {
         if (joints_[row].locked || joints_[row].prescribed) continue;
         for (const size_t column : {i, i + 1})
@@ -212,7 +212,7 @@ class DynamicRobot::Linear final : public VelocityForm {
     if (m_.stop_force(i, x) == 0.0) return;
     const Impl::EndStop& stop = m_.stops[static_cast<size_t>(i)];
     joint.stop_dq = -stop.stiffness_N_per_m;
-    joint.stop_dqd = -stop.damping_Ns_per_m;
+    joint.stop_dqd = -stop.damping_N_s_per_m;
   }
 
   using Solution = Impl::Solution;

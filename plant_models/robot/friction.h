@@ -15,26 +15,26 @@ namespace takt {
 enum class FrictionMode : signed char { backward = -1, stuck = 0, forward = 1 };
 
 struct FrictionParameters {
-  double zero_speed_Nm = 0.0;                    ///< Rv0 (N m, or N where the joint is prismatic)
-  double slope_Nms = 0.0;                        ///< Rv1 (N m s/rad)
+  double zero_speed_N_m = 0.0;                   ///< Rv0 (N m, or N where the joint is prismatic)
+  double slope_N_m_s = 0.0;                      ///< Rv1 (N m s/rad)
   double break_away = 1.0;                       ///< peak, >= 1, break-away torque per Rv0
   bool regularised = false;                      ///< tanh instead of modes
   double regularisation_speed_rad_per_s = 0.01;  ///< v_eps
 
-  bool has_modes() const { return !regularised && zero_speed_Nm > 0.0; }
-  double break_away_torque() const { return break_away * zero_speed_Nm; }
+  bool has_modes() const { return !regularised && zero_speed_N_m > 0.0; }
+  double break_away_torque() const { return break_away * zero_speed_N_m; }
 
   /// Torque against the motion; zero while stuck, where the dynamics decide.
   double torque(FrictionMode mode, double v) const {
-    if (!has_modes()) return zero_speed_Nm * std::tanh(v / regularisation_speed_rad_per_s) + slope_Nms * v;
+    if (!has_modes()) return zero_speed_N_m * std::tanh(v / regularisation_speed_rad_per_s) + slope_N_m_s * v;
     if (mode == FrictionMode::stuck) return 0.0;
-    return static_cast<double>(mode) * zero_speed_Nm + slope_Nms * v;
+    return static_cast<double>(mode) * zero_speed_N_m + slope_N_m_s * v;
   }
   /// d torque / d v.
   double torque_dv(FrictionMode mode, double v) const {
-    if (has_modes()) return mode == FrictionMode::stuck ? 0.0 : slope_Nms;
+    if (has_modes()) return mode == FrictionMode::stuck ? 0.0 : slope_N_m_s;
     const double th = std::tanh(v / regularisation_speed_rad_per_s);
-    return zero_speed_Nm * (1.0 - th * th) / regularisation_speed_rad_per_s + slope_Nms;
+    return zero_speed_N_m * (1.0 - th * th) / regularisation_speed_rad_per_s + slope_N_m_s;
   }
 };
 

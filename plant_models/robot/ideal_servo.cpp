@@ -41,7 +41,7 @@ DriveSample IdealServo::sample(const JointReference&, double, double qd, double 
                                const double*) const {
   DriveSample sample;
   sample.motor_speed_rad_per_s = qd;
-  sample.motor_torque_Nm = holding_torque;
+  sample.motor_torque_N_m = holding_torque;
   return sample;
 }
 

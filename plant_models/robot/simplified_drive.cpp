@@ -95,7 +95,7 @@ DriveSample SimplifiedDrive::sample(const JointReference& reference, double q, d
                                     const double* z) const {
   DriveSample sample;
   sample.motor_speed_rad_per_s = parameters_.gear_ratio * qd;
-  sample.motor_torque_Nm = control(reference, q, qd, z[0]).limited_torque / parameters_.gear_ratio;
+  sample.motor_torque_N_m = control(reference, q, qd, z[0]).limited_torque / parameters_.gear_ratio;
   return sample;
 }
 

@@ -28,7 +28,7 @@ void CommandOwnership::watch(const DdsGuid& guid, CommandWriter& writer) {
   if (std::isfinite(writer.lease_s)) tracker_->watch(prefix_of(guid));
 }
 
-double CommandOwnership::silent_s(const DdsGuid& guid) const {
+double CommandOwnership::silence_s(const DdsGuid& guid) const {
   return tracker_->time_since_last_packet_s(prefix_of(guid));
 }
 
@@ -92,7 +92,7 @@ std::optional<CommandArbiter::Verdict> CommandOwnership::on_command(int target, 
 std::vector<CommandOwnership::Revoked> CommandOwnership::expire() {
   for (auto& [guid, writer] : writers_) {
     if (!std::isfinite(writer.lease_s)) continue;
-    const bool keeps_lease = silent_s(guid) < writer.lease_s;
+    const bool keeps_lease = silence_s(guid) < writer.lease_s;
     // One that is heard of again takes part with its next command.
     if (std::exchange(writer.expired, !keeps_lease) || keeps_lease || writer.command.target < 0) continue;
     CommandArbiter& arbiter = arbiters_[static_cast<std::size_t>(writer.command.target)];
@@ -107,7 +107,7 @@ std::vector<CommandOwnership::Revoked> CommandOwnership::expire() {
     if (found == writers_.end() || !found->second.expired) return true;
     for (const auto& [other, writer] : writers_) {
       if (writer.expired || other.guidPrefix == guid.guidPrefix || writer.command.target != target) continue;
-      revoked.push_back({target, writer.command.name, guid, silent_s(guid)});
+      revoked.push_back({target, writer.command.name, guid, silence_s(guid)});
       return true;
     }
     return false;

@@ -54,7 +54,7 @@ class CommandOwnership {
     int target = -1;
     std::string name;  ///< of the target
     DdsGuid owner;
-    double silent_s = 0.0;
+    double silence_s = 0.0;
   };
   /// Call it often: returns targets whose owner has not kept its lease and that another sender may get, at
   /// once or later. A single owner that comes back stays the owner.
@@ -63,7 +63,7 @@ class CommandOwnership {
  private:
   std::optional<std::uint64_t> appeared(int target, const DdsGuid& guid, bool exclusive);
   void watch(const DdsGuid& guid, CommandWriter& writer);
-  double silent_s(const DdsGuid& guid) const;
+  double silence_s(const DdsGuid& guid) const;
 
   SenderRegistry& senders_;
   LivelinessTracker* tracker_ = nullptr;

@@ -132,8 +132,9 @@ void CommandSubscriber::open(Participant& participant, RunLoop& loop) {
 dds::DataReader* CommandSubscriber::make_reader(Reader& listener) {
   const TopicInfo& info = topic_of(listener.kind);
   const std::string topic = topics_.of(info, target_name(loop_->cell(), listener.target));
-  auto qos = with_type_hash(service_reader_qos(participant_->default_reader_qos(), qos_of(info)), *info.type);
-  if (listener.exclusive) qos.ownership().kind = dds::EXCLUSIVE_OWNERSHIP_QOS;
+  QosPolicy policy = qos_of(info);
+  policy.exclusive = listener.exclusive;
+  const auto qos = with_type_hash(service_reader_qos(participant_->default_reader_qos(), policy), *info.type);
   switch (listener.kind) {
     case CommandKind::joints:
       return participant_->create_reader<sensor_msgs::msg::JointState>(topic, qos, &listener);
@@ -189,8 +190,8 @@ void CommandSubscriber::expire_liveliness_leases() {
   std::set<int> targets;
   for (const auto& each : revoked) targets.insert(each.target);
   renew_exclusive_readers(targets);
-  for (const auto& [target, name, owner, silent_s] : revoked)
-    events_.post(events::OwnerSilent{name, silent_s}, text_of(owner));
+  for (const auto& [target, name, owner, silence_s] : revoked)
+    events_.post(events::OwnerSilent{name, silence_s}, text_of(owner));
 }
 
 void CommandSubscriber::renew_exclusive_readers(const std::set<int>& targets) {

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "idl/common/frames.h"
 #include "idl/common/stamp.h"
 #include "idl/common/text.h"
 
@@ -59,7 +60,7 @@ takt_msgs::msg::Quaternion orientation_of(const geometry_msgs::msg::Pose& pose) 
   return {q.x, q.y, q.z, q.w};
 }
 bool is_world(const std::string& frame) {
-  return frame.empty() || frame == "world";
+  return frame.empty() || frame == kWorldFrame;
 }
 Question wrong_frame(const std::string& frame) {
   return Refusal{ControlResult::unsupported, "The frame '" + frame.substr(0, 100) +
@@ -252,7 +253,7 @@ void respond(const ControlReply& reply, const std::string& note, srv::GetEntitie
   const Expression expression(note.substr(0, split));
   const std::string categories = note.substr(split + 1);
   for (const auto& entity : found->entities) {
-    const char category = static_cast<char>('0' + category_number(entity.category));
+    const char category = static_cast<char>('0' + category_number(entity.type));
     if (!categories.empty() && categories.find(category) == std::string::npos) continue;
     if (split > 0 && !(expression.good() && expression.matches(entity.name))) continue;
     response.entities.push_back(entity.name);
@@ -267,7 +268,7 @@ void respond(const ControlReply& reply, const std::string&, srv::GetEntityState_
   };
   auto& state = response.state;
   state.header.stamp = to_time(known->time);
-  state.header.frame_id = "world";
+  state.header.frame_id = kWorldFrame;
   copy(known->position, state.pose.position);
   const auto& q = known->orientation;
   state.pose.orientation.x = q.x, state.pose.orientation.y = q.y, state.pose.orientation.z = q.z;

@@ -31,7 +31,7 @@ Question ask(const srv::GetEntities_Request& request);
 Question ask(const srv::GetEntityState_Request& request);
 Question ask(const srv::SetEntityState_Request& request);
 /// The resource's uri is a mesh file, or copy_of:NAME for another one of the Part NAME; behind a question
-/// mark the further arguments of spawn_entity: bolt.obj?mass_kg=0.02&hierarchy=3.
+/// mark the further arguments of spawn_entity: bolt.obj?mass=0.02&hierarchy=3.
 Question ask(const srv::SpawnEntity_Request& request);
 Question ask(const srv::DeleteEntity_Request& request);
 Question ask(const takt_msgs::srv::Control_Request& request);

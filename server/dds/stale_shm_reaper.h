@@ -30,7 +30,7 @@ class StaleShmReaper {
     std::unique_lock lock(mutex_);
     while (!stop_) {
       lock.unlock();
-      (void)remove_shared_memory_remains();
+      (void)remove_stale_shared_memory();
       lock.lock();
       stopped_.wait_for(lock, kEvery, [this] { return stop_; });
     }

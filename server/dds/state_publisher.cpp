@@ -32,32 +32,32 @@ StatePublisher::StatePublisher(CellHost& host, Participant& participant, const T
       control_(control),
       services_(services) {
   namespace msg = takt_msgs::msg;
-  nothing_.cell = host.cell();
-  nothing_.scenario_generation = 0;
+  empty_cell_.cell = host.cell();
+  empty_cell_.scenario_generation = 0;
   event_writer_ = participant.create_writer(topics::event, topics.of(topics::event));
   status_writer_ = participant.create_writer(topics::status, topics.of(topics::status));
   description_writer_ = participant.create_writer(topics::description, topics.of(topics::description));
 }
 
 void StatePublisher::open(RunLoop& loop) {
-  auto world = std::make_unique<CellPublisher>(loop, participant_, topics_);
+  auto made = std::make_unique<CellPublisher>(loop, participant_, topics_);
   describe(loop.cell());
   const std::lock_guard lock(mutex_);
-  publisher_ = std::move(world);
+  publisher_ = std::move(made);
   loop.output().writer_attached.store(true);
 }
 
 void StatePublisher::close() {
-  std::unique_ptr<CellPublisher> world;
+  std::unique_ptr<CellPublisher> closed;
   {
     const std::lock_guard lock(mutex_);
     if (!publisher_) return;
     write_news(false);
     publisher_->finish();
     publisher_->loop().output().writer_attached.store(false);
-    world = std::move(publisher_);
-    nothing_.scenario.clear();
-    nothing_.scenario_generation = world->cell().scenario_generation;
+    closed = std::move(publisher_);
+    empty_cell_.scenario.clear();
+    empty_cell_.scenario_generation = closed->cell().scenario_generation;
     idle_status_ns_ = 0;
   }
 }
@@ -69,7 +69,7 @@ void StatePublisher::describe(const CellDescription& cell) {
                    std::to_string(cdr::size(description)) + " bytes).");
   }
   const std::lock_guard lock(mutex_);
-  if (cell.scenario.empty()) nothing_ = cell;
+  if (cell.scenario.empty()) empty_cell_ = cell;
 }
 
 void StatePublisher::write() {
@@ -125,7 +125,7 @@ void StatePublisher::write_idle_status() {
   if (!status || (now - idle_status_ns_ < kIdleStatus_ns && status->state == idle_state_)) return;
   idle_status_ns_ = now;
   idle_state_ = status->state;
-  write_status(*status, nothing_);
+  write_status(*status, empty_cell_);
 }
 
 void StatePublisher::write_events() {

@@ -76,7 +76,7 @@ class StatePublisher {
   /// entities are made and removed without it.
   std::mutex mutex_;
   std::unique_ptr<CellPublisher> publisher_;  // guarded by mutex_, as all below
-  CellDescription nothing_;                   ///< described while there is no scenario
+  CellDescription empty_cell_;                ///< described while there is no scenario
   std::int64_t idle_status_ns_ = 0;           ///< when the last one without a scenario was written
   SimulationState idle_state_{};              ///< and its content
   std::uint64_t event_number_ = 0;

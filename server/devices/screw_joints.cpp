@@ -14,7 +14,7 @@ void describe(Fields& f, ScenarioScrewJoint& s) {
   s.held_by.place = f.place("in");
   f.field("pitch_m", s.pitch_m, positive("m"), "Travel for each turn.", kRequired);
   f.field("length_m", s.length_m, positive("m"), "Length that is engaged at the start.", kRequired);
-  f.field("driving_torque_Nm", s.driving_torque_Nm, positive("N m"), "Torque that turns it, either way.",
+  f.field("driving_torque_N_m", s.driving_torque_N_m, positive("N m"), "Torque that turns it, either way.",
           kRequired);
   f.field("axis", s.axis_B, vector3(""),
           "Direction in which it comes out, in the frame of the part; of any length.");
@@ -28,7 +28,7 @@ void build(const ScenarioScrewJoint& s, DeviceBuilder& b) {
   ScrewJoints::Joint joint;
   joint.part = b.component;
   joint.holder = b.cell.description.find_component(s.held_by.component);
-  joint.law = {s.pitch_m, s.length_m, s.driving_torque_Nm};
+  joint.law = {s.pitch_m, s.length_m, s.driving_torque_N_m};
   joint.axis_B = s.axis_B.normalized();
   joint.p_BH = s.p_BH;
   joint.stiffness_ratio =
@@ -48,14 +48,14 @@ void describe(Fields& f, ScenarioScrewdriver& s) {
           "Gripper whose tool centre point carries the bit, along its z axis.", kRequired);
   f.field("max_speed_rad_per_s", s.max_speed_rad_per_s, positive("rad/s"),
           "Largest speed that may be commanded.", kRequired);
-  f.field("max_torque_Nm", s.max_torque_Nm, positive("N m"), "Largest torque.", kRequired);
+  f.field("max_torque_N_m", s.max_torque_N_m, positive("N m"), "Largest torque.", kRequired);
   f.field("reach_m", s.reach_m, positive("m"),
           "Largest distance of the tool centre point from the head of a screw.");
 }
 
 void build(const ScenarioScrewdriver& s, DeviceBuilder& b) {
   ScrewJoints::Screwdriver driver;
-  driver.max_torque_Nm = s.max_torque_Nm;
+  driver.max_torque_N_m = s.max_torque_N_m;
   driver.reach_m = s.reach_m;
   const auto& gripper =
       b.cell.description.grippers[static_cast<std::size_t>(b.cell.description.find_gripper(s.gripper))];
@@ -129,11 +129,11 @@ bool ScrewJoints::update(double h, const CellMotion& motion, CellPlant& plant,
     if (met >= 0 && is_held(model_.joints[static_cast<std::size_t>(met)], interaction)) {
       const auto i = static_cast<std::size_t>(met);
       const Joint& joint = model_.joints[i];
-      turn = turn_thread(joint.law, turned_rad_[i], signals.value(speed), driver.max_torque_Nm, h);
-      if (turn.torque_Nm > 0.0) {
+      turn = turn_thread(joint.law, turned_rad_[i], signals.value(speed), driver.max_torque_N_m, h);
+      if (turn.torque_N_m > 0.0) {
         const double sense = signals.value(speed) > 0.0 ? 1.0 : -1.0;
         interaction.turn(joint.part, {joint.axis_B, turn.angle_rad, joint.law.travel_m(turn.angle_rad), h,
-                                      sense * turn.torque_Nm, driver.palm});
+                                      sense * turn.torque_N_m, driver.palm});
       }
       turned_rad_[i] += turn.angle_rad;
       if (turn.free) {
@@ -141,10 +141,10 @@ bool ScrewJoints::update(double h, const CellMotion& motion, CellPlant& plant,
         changed = true;
       }
     }
-    signals.report(torque, turn.torque_Nm);
+    signals.report(torque, turn.torque_N_m);
     signals.report(engaged, met >= 0 ? 1.0 : 0.0);
-    signals.report(power, turn.torque_Nm * std::abs(turn.angle_rad) / h);
-    signals.report(energy, signals.value(energy) + turn.torque_Nm * std::abs(turn.angle_rad));
+    signals.report(power, turn.torque_N_m * std::abs(turn.angle_rad) / h);
+    signals.report(energy, signals.value(energy) + turn.torque_N_m * std::abs(turn.angle_rad));
   }
   for (std::size_t i = 0; i < turned_rad_.size(); ++i) {
     SignalTable& signals = board(plant, model_.joints[i].device);

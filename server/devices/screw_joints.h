@@ -18,7 +18,7 @@ namespace takt {
 /// The keys of the thread of a Part in a scenario.
 struct ScenarioScrewJoint {
   HeldBy held_by;
-  double pitch_m = 0.0, length_m = 0.0, driving_torque_Nm = 0.0;
+  double pitch_m = 0.0, length_m = 0.0, driving_torque_N_m = 0.0;
   Vec3 axis_B = Vec3::UnitZ();     ///< along which it comes out, in the Part's frame; of any length
   Vec3 p_BH = Vec3::Zero();        ///< `head_m`: where a screwdriver meets it
   double stiffness_N_per_m = 1e6;  ///< at level of detail 3
@@ -28,7 +28,7 @@ DeviceType screw_joint_type();
 /// The keys of a bit at the tool centre point of a Gripper in a scenario.
 struct ScenarioScrewdriver {
   std::string gripper;
-  double max_speed_rad_per_s = 0.0, max_torque_Nm = 0.0;
+  double max_speed_rad_per_s = 0.0, max_torque_N_m = 0.0;
   double reach_m = 0.01;  ///< from the tool centre point to the head
 };
 DeviceType screwdriver_type();
@@ -48,7 +48,7 @@ class ScrewJoints final : public PartMechanism {
   struct Screwdriver {
     int palm = -1, device = -1;
     Pose X_GT;
-    double reach_m = 0.0, max_torque_Nm = 0.0;
+    double reach_m = 0.0, max_torque_N_m = 0.0;
   };
   struct Model {
     std::vector<Joint> joints;

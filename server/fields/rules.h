@@ -10,6 +10,7 @@
 #include <optional>
 #include <utility>
 
+#include "idl/common/enumeration.h"
 #include "plant_models/spatial.h"
 #include "server/fields/field_value.h"
 #include "server/fields/key_info.h"
@@ -104,6 +105,14 @@ struct Choice {
     return result;
   }
 };
+/// The words of an enumeration of the IDL.
+template <TabledEnumeration Enumeration>
+Choice<Enumeration> choice_of() {
+  Choice<Enumeration> result;
+  for (const EnumeratorInfo& one : kEnumeration<Enumeration>.enumerators)
+    result.words.emplace_back(one.name, static_cast<Enumeration>(one.value));
+  return result;
+}
 /// Words without associated values.
 template <class Words>
 Choice<std::string> choice_of(const Words& words) {

@@ -14,6 +14,7 @@
 #include "idl/common/parse.h"
 #include "idl/common/text.h"
 #include "server/scenario/scenario_reader.h"
+#include "takt_enumerations.h"
 
 namespace takt {
 
@@ -81,8 +82,9 @@ class Comparer {
                                          " ended early: " + (*report)["fault"].get<std::string>());
     add("simulated time", "s", a_["time"].get<double>(), b_["time"].get<double>(), limits_.time_s);
     const auto count = [](const Json& report) {
-      return std::count_if(report["collisions"].begin(), report["collisions"].end(),
-                           [](const Json& c) { return c["kind"] == "collision"; });
+      return std::count_if(report["collisions"].begin(), report["collisions"].end(), [](const Json& c) {
+        return c["kind"] == to_string(CollisionEventKind::collision);
+      });
     };
     if (count(a_) != count(b_))
       result_.contradictions.push_back("collisions: " + std::to_string(count(a_)) + " and " +
@@ -135,7 +137,7 @@ class Comparer {
     const auto keyed = [](const Json& report) {
       std::map<std::string, double> durations;
       std::map<std::string, int> seen;
-      for (const Json& step : report["process"]["steps"]) {
+      for (const Json& step : report["run_metrics"]["steps"]) {
         std::string key = step["robot"].get<std::string>() + ": " + step["name"].get<std::string>();
         if (!step["named"].get<bool>()) key += ", line " + std::to_string(step["line"].get<int>());
         const int n = ++seen[key];
@@ -154,7 +156,7 @@ class Comparer {
     for (const auto& [key, duration] : b)
       if (a.count(key) == 0)
         result_.contradictions.push_back("the step " + key + " is in the second run only");
-    const Json &x = a_["process"]["cycle_time"], &y = b_["process"]["cycle_time"];
+    const Json &x = a_["run_metrics"]["cycle_time"], &y = b_["run_metrics"]["cycle_time"];
     if (x.is_number() && y.is_number())
       add("cycle time", "s", x.get<double>(), y.get<double>(), limits_.time_s);
   }
@@ -181,17 +183,18 @@ class Comparer {
   }
 
   void compare_energies() {
-    for (const auto& [name, one] : a_["process"]["consumers"].items()) {
-      if (!b_["process"]["consumers"].contains(name)) continue;
-      const double a = one["electrical_energy"], b = b_["process"]["consumers"][name]["electrical_energy"];
+    for (const auto& [name, one] : a_["run_metrics"]["consumers"].items()) {
+      if (!b_["run_metrics"]["consumers"].contains(name)) continue;
+      const double a = one["electrical_energy"],
+                   b = b_["run_metrics"]["consumers"][name]["electrical_energy"];
       add_share("energy of " + name, "J", a, b, share(a, b), limits_.energy);
     }
   }
 
   void compare_torques() {
-    for (const auto& [robot, one] : a_["process"]["robots"].items()) {
-      if (!b_["process"]["robots"].contains(robot)) continue;
-      const Json& others = b_["process"]["robots"][robot]["joints"];
+    for (const auto& [robot, one] : a_["run_metrics"]["robots"].items()) {
+      if (!b_["run_metrics"]["robots"].contains(robot)) continue;
+      const Json& others = b_["run_metrics"]["robots"][robot]["joints"];
       for (const auto& [joint, x] : one["joints"].items()) {
         if (!x.contains("largest_effort") || !others.contains(joint) ||
             !others[joint].contains("largest_effort"))
@@ -199,7 +202,7 @@ class Comparer {
         const double a = x["largest_effort"], b = others[joint]["largest_effort"];
         const std::string of = robot + "." + joint + " torque";
         double limit = 0.0;
-        for (const Json& margin : b_["process"]["margins"])
+        for (const Json& margin : b_["run_metrics"]["margins"])
           if (margin["of"] == of) limit = margin["limit"].get<double>();
         add_share("largest " + of, "N m", a, b, limit > 0.0 ? std::abs(a - b) / limit : share(a, b),
                   limits_.torque);
@@ -227,7 +230,8 @@ class Comparer {
   void compare_margins() {
     const auto uses = [](const Json& report) {
       std::map<std::string, const Json*> all;
-      for (const Json& margin : report["process"]["margins"]) all[margin["of"].get<std::string>()] = &margin;
+      for (const Json& margin : report["run_metrics"]["margins"])
+        all[margin["of"].get<std::string>()] = &margin;
       return all;
     };
     const auto a = uses(a_), b = uses(b_);
@@ -273,9 +277,9 @@ Json read_report(const std::string& file) {
     throw ScenarioError(file + ": cannot be read: " + std::strerror(errno) +
                         "; allowed: the report of a run");
   Json report = Json::parse(in, nullptr, false);
-  if (!report.is_object() || !report.contains("scenario") || !report.contains("process"))
+  if (!report.is_object() || !report.contains("scenario") || !report.contains("run_metrics"))
     throw ScenarioError(
-        file + ": is no report with a section `process`; allowed: what takt-run run --report writes");
+        file + ": is no report with a section `run_metrics`; allowed: what takt-run run --report writes");
   return report;
 }
 

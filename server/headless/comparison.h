@@ -39,7 +39,7 @@ struct Comparison {
   bool enough = false;                      ///< no difference counts
 };
 
-/// Of two JSON reports with a section "process". Throws ScenarioError where they are not of one scenario.
+/// Of two JSON reports with a section "run_metrics". Throws ScenarioError where they are not of one scenario.
 Comparison compare_reports(const nlohmann::ordered_json& a, const nlohmann::ordered_json& b,
                            const ComparisonLimits& limits);
 

@@ -146,7 +146,7 @@ HeadlessResult run_headless(Simulation& simulation, const Scenario& scenario, co
   static_cast<RunTimes&>(result) = timer.now();
   result.cpu_s -= result.gathering_s;
   if (recorder) {
-    result.process = recorder->finish(
+    result.run_metrics = recorder->finish(
         simulation, controller ? controller->steps() : std::vector<controller::ProgramStep>{});
   }
   if (demands) result.assertions = demands->finish(simulation, result.fault);
@@ -154,7 +154,7 @@ HeadlessResult run_headless(Simulation& simulation, const Scenario& scenario, co
   result.statistics = simulation.statistics();
   result.surface_contact = result.final_state.contacts.acting;
   result.contact_counts = simulation.contact_counts();
-  result.contact_extremes = result.process ? result.process->contacts : extremes.take();
+  result.contact_extremes = result.run_metrics ? result.run_metrics->contacts : extremes.take();
   return result;
 }
 

@@ -19,7 +19,7 @@ struct HeadlessOptions {
   std::filesystem::path program;  ///< controller program; empty: without
   bool stage_times = false;       ///< measure the stages of a step (costs some of them)
   bool contact_extremes = false;  ///< evaluates all contacts after every step (costs an evaluation)
-  bool run_metrics = false;       ///< gather HeadlessResult::process, with contact_extremes in it
+  bool run_metrics = false;       ///< gather HeadlessResult::run_metrics, with contact_extremes in it
 };
 
 struct ReportedInstant {
@@ -67,8 +67,8 @@ struct HeadlessResult : RunTimes {
   ContactCallCounts contact_counts;
   std::vector<ContactExtreme> contact_extremes;  ///< of each pair that ever pressed, in the order of pairs
   std::vector<AssertionResult> assertions;       ///< verdicts on the scenario's assertions, in their order
-  std::optional<RunMetrics> process;             ///< if requested
-  double gathering_s = 0.0;                      ///< processor time of gathering `process`
+  std::optional<RunMetrics> run_metrics;         ///< if requested
+  double gathering_s = 0.0;                      ///< processor time of gathering `run_metrics`
   double controller_s = 0.0;                     ///< wall time within the controller program
   std::string fault;                             ///< why the run ended early, or empty
 };

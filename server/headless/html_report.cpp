@@ -147,15 +147,15 @@ void write_timetable(std::ostream& out, const Json& report, const Json& steps) {
 }
 
 void write_steps(std::ostream& out, const Json& report) {
-  const Json& process = report["process"];
-  if (process["steps"].empty()) return;
-  out << "<h2>Steps of the program</h2>\n<p>Cycle time " << text_of(process["cycle_time"]) << " s.</p>\n";
-  write_timetable(out, report, process["steps"]);
+  const Json& metrics = report["run_metrics"];
+  if (metrics["steps"].empty()) return;
+  out << "<h2>Steps of the program</h2>\n<p>Cycle time " << text_of(metrics["cycle_time"]) << " s.</p>\n";
+  write_timetable(out, report, metrics["steps"]);
   std::vector<std::string> head{"robot", "step", "line (#)", "begin (s)", "end (s)", "duration (s)"};
-  for (const auto& [consumer, numbers] : process["consumers"].items()) head.push_back(consumer + " (J)");
-  if (process["consumers"].size() > 1) head.push_back("all (J)");
+  for (const auto& [consumer, numbers] : metrics["consumers"].items()) head.push_back(consumer + " (J)");
+  if (metrics["consumers"].size() > 1) head.push_back("all (J)");
   HtmlTable table(out, head);
-  for (const Json& step : process["steps"]) {
+  for (const Json& step : metrics["steps"]) {
     std::vector<std::string> cells{text_of(step["robot"]),
                                    text_of(step["name"]),
                                    text_of(step["line"]),
@@ -168,17 +168,17 @@ void write_steps(std::ostream& out, const Json& report) {
         cells.push_back(text_of(energy));
         total_J += energy.get<double>();
       }
-    if (process["consumers"].size() > 1) cells.push_back(text_of(total_J));
+    if (metrics["consumers"].size() > 1) cells.push_back(text_of(total_J));
     table.row(cells);
   }
 }
 
 void write_loads(std::ostream& out, const Json& report) {
-  const Json& process = report["process"];
-  if (!process["consumers"].empty()) {
+  const Json& metrics = report["run_metrics"];
+  if (!metrics["consumers"].empty()) {
     out << "<h2>Energy</h2>\n";
     HtmlTable table(out, {"consumer", "energy (J)", "largest power (W)", "at (s)"});
-    for (const auto& [name, c] : process["consumers"].items())
+    for (const auto& [name, c] : metrics["consumers"].items())
       table.row({name, text_of(c["electrical_energy"]), text_of(c["largest_electrical_power"]),
                  text_of(c["largest_electrical_power_time"])});
   }
@@ -191,10 +191,10 @@ void write_loads(std::ostream& out, const Json& report) {
                  text_of(c["time"]), text_of(c["friction_force"]), text_of(c["largest_pressure"]),
                  text_of(c["largest_torque"]), text_of(c["largest_torque_time"])});
   }
-  if (!process["holding"].empty()) {
+  if (!metrics["holding"].empty()) {
     out << "<h2>Holders of the Parts, with the largest load on the Part</h2>\n";
     HtmlTable table(out, {"part", "held by", "force (N)", "at (s)", "torque (N m)", "at  (s)"});
-    for (const Json& h : process["holding"])
+    for (const Json& h : metrics["holding"])
       table.row({text_of(h["part"]), text_of(h["holder"]), text_of(h["largest_force"]),
                  text_of(h["largest_force_time"]), text_of(h["largest_torque"]),
                  text_of(h["largest_torque_time"])});
@@ -204,7 +204,7 @@ void write_loads(std::ostream& out, const Json& report) {
 void write_margins(std::ostream& out, const Json& report) {
   out << "<h2>Margins to limits</h2>\n";
   HtmlTable table(out, {"of", "largest value (#)", "limit (#)", "unit", "at (s)", "used"});
-  for (const Json& m : report["process"]["margins"]) {
+  for (const Json& m : report["run_metrics"]["margins"]) {
     const double use = m["use"].get<double>();
     const std::string over = use > 1.0 ? "over" : "";
     table.row({xml_escaped(text_of(m["of"])), text_of(m["value"]), text_of(m["limit"]), text_of(m["unit"]),

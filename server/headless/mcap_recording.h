@@ -22,9 +22,8 @@ struct McapRecordingOptions {
   Pace pace = Pace::free;
   double factor = 1.0;  ///< of that pace
   recording::Compression compression = recording::Compression::zstd;
-  /// Pairs of which elements with their pressures are recorded: names BASE-TARGET, * for any characters,
-  /// separated by commas.
-  std::string pressures;
+  /// Pairs of which elements with their pressures are recorded: names BASE-TARGET, * for any characters.
+  std::vector<std::string> pressures;
 };
 
 class McapRecording {

@@ -229,7 +229,7 @@ Json report_document(const Scenario& scenario, const CellDescription& cell, cons
   report["wall_time"] = result.wall_s;
   report["cpu_time"] = result.cpu_s;
   report["controller_time"] = result.controller_s;
-  if (result.process) report["gathering_time"] = result.gathering_s;
+  if (result.run_metrics) report["gathering_time"] = result.gathering_s;
   report["real_time_factor"] = result.real_time_factor(simulated_s);
   report["computation_ratio"] = result.computation_ratio(simulated_s);
   report["verdict"] = verdict(result);
@@ -243,7 +243,7 @@ Json report_document(const Scenario& scenario, const CellDescription& cell, cons
   report.update(Json(instants.of(result.final_state)));
   add_expectations(report["components"], scenario, cell, result.final_state);
   if (result.surface_contact) add_contact_extremes(report["contacts"], instants, result);
-  if (result.process) report["process"] = process_json(cell, result);
+  if (result.run_metrics) report["run_metrics"] = run_metrics_json(cell, result);
   if (!result.assertions.empty()) report["assertions"] = assertions_json(result.assertions);
   Json changes = Json::array();
   for (const ConnectionChange& change : result.changes) {
@@ -280,7 +280,7 @@ std::string report_json(const Scenario& scenario, const CellDescription& cell, c
 
 void write_html(std::ostream& out, const Scenario& scenario, const CellDescription& cell, const RunInfo& info,
                 const HeadlessResult& result) {
-  write_html_report(out, report_document(scenario, cell, info, result), result.process->curves);
+  write_html_report(out, report_document(scenario, cell, info, result), result.run_metrics->curves);
 }
 
 void print_summary(std::ostream& out, const Scenario& scenario, const CellDescription& cell,
@@ -289,7 +289,7 @@ void print_summary(std::ostream& out, const Scenario& scenario, const CellDescri
   out << std::fixed << std::setprecision(3) << scenario.name << ": " << result.final_state.time_s
       << " s simulated in " << result.cpu_s << " s of computation, computation ratio " << std::setprecision(5)
       << result.computation_ratio(result.final_state.time_s) << ", state hash "
-      << hash_text(result.final_state.state_hash) << '\n';
+      << hexadecimal_text(result.final_state.state_hash) << '\n';
   if (!scenario.expected.empty()) {
     out << "Part        position (m)                       expected (m)                       error (mm)  "
            "held by\n";

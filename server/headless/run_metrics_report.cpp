@@ -15,12 +15,12 @@ struct Margin {
   double use() const { return value / limit; }
 };
 
-Json steps_json(const CellDescription& cell, const RunMetrics& process) {
+Json steps_json(const CellDescription& cell, const RunMetrics& metrics) {
   Json all = Json::array();
-  for (const StepMetrics& step : process.steps) {
+  for (const StepMetrics& step : metrics.steps) {
     Json energy = Json::object();
     for (std::size_t i = 0; i < step.energy_J.size(); ++i)
-      energy[process.consumers[i].name] = step.energy_J[i];
+      energy[metrics.consumers[i].name] = step.energy_J[i];
     all.push_back({{"robot", cell.robots[static_cast<std::size_t>(step.step.robot)].name},
                    {"name", step.step.name},
                    {"named", step.step.named},
@@ -33,10 +33,10 @@ Json steps_json(const CellDescription& cell, const RunMetrics& process) {
   return all;
 }
 
-Json robots_json(const CellDescription& cell, const RunMetrics& process, std::vector<Margin>& margins) {
+Json robots_json(const CellDescription& cell, const RunMetrics& metrics, std::vector<Margin>& margins) {
   Json all = Json::object();
-  for (std::size_t r = 0; r < process.robots.size(); ++r) {
-    const RobotExtremes& robot = process.robots[r];
+  for (std::size_t r = 0; r < metrics.robots.size(); ++r) {
+    const RobotExtremes& robot = metrics.robots[r];
     Json joints = Json::object();
     for (std::size_t j = 0; j < robot.joints.size(); ++j) {
       const JointModel& model = cell.robots[r].arm.joints[j];
@@ -72,24 +72,24 @@ Json robots_json(const CellDescription& cell, const RunMetrics& process, std::ve
 
 }  // namespace
 
-Json process_json(const CellDescription& cell, const HeadlessResult& result) {
-  const RunMetrics& process = *result.process;
+Json run_metrics_json(const CellDescription& cell, const HeadlessResult& result) {
+  const RunMetrics& metrics = *result.run_metrics;
   Json all;
   double cycle_s = 0.0;
-  for (const StepMetrics& step : process.steps) cycle_s = std::max(cycle_s, step.step.end_s);
-  all["cycle_time"] = process.steps.empty() ? Json(nullptr) : Json(cycle_s);
-  all["steps"] = steps_json(cell, process);
+  for (const StepMetrics& step : metrics.steps) cycle_s = std::max(cycle_s, step.step.end_s);
+  all["cycle_time"] = metrics.steps.empty() ? Json(nullptr) : Json(cycle_s);
+  all["steps"] = steps_json(cell, metrics);
   Json consumers = Json::object();
-  for (const ConsumerMetrics& consumer : process.consumers)
+  for (const ConsumerMetrics& consumer : metrics.consumers)
     consumers[consumer.name] = {{"electrical_energy", consumer.energy_J},
                                 {"largest_electrical_power", consumer.power_W.value},
                                 {"largest_electrical_power_time", consumer.power_W.time_s}};
   all["consumers"] = std::move(consumers);
   std::vector<Margin> margins;
-  all["robots"] = robots_json(cell, process, margins);
+  all["robots"] = robots_json(cell, metrics, margins);
   Json holding = Json::array();
   const auto name = [&](int component) { return cell.components[static_cast<std::size_t>(component)].name; };
-  for (const HoldingExtreme& most : process.holding)
+  for (const HoldingExtreme& most : metrics.holding)
     holding.push_back({{"part", name(most.part)},
                        {"holder", name(most.holder)},
                        {"largest_force", most.force_N.value},

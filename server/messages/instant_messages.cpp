@@ -4,6 +4,7 @@
 
 #include "idl/common/eigen_messages.h"
 #include "idl/common/stamp.h"
+#include "server/runtime/requests/control.h"
 
 namespace takt {
 namespace {
@@ -137,17 +138,7 @@ bool fill_content(takt_msgs::msg::Power& message, const CellDescription& cell, c
 }  // namespace
 
 takt_msgs::msg::Contact to_message(const ContactSample& sample) {
-  return {sample.base,
-          sample.target,
-          to_vector(sample.F_base_W.f),
-          to_vector(sample.F_base_W.t),
-          to_vector(sample.p_WC),
-          static_cast<std::uint32_t>(sample.result.elements),
-          sample.result.area_m2,
-          sample.result.normal_force_N,
-          sample.result.friction_force_N,
-          sample.result.largest_pressure_Pa,
-          sample.result.largest_penetration_m};
+  return {resultant_of(sample, 1.0), sample.base, sample.target};
 }
 
 namespace {

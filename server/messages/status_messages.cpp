@@ -13,7 +13,7 @@ takt_msgs::msg::Status to_message(const LoopStatus& status, const CellDescriptio
   message.epoch = status.epoch;
   message.scenario_generation = cell.scenario_generation;
   message.state = status.state;
-  message.pace = std::string(to_string(status.pace));
+  message.pace = status.pace;
   message.pace_factor = status.pace_factor;
   message.wall_time = status.wall_time_s;
   message.real_time_factor = status.real_time_factor;

@@ -45,7 +45,7 @@ Pacer::Result Pacer::wait(std::int64_t longest_sleep_ns) {
   anchor_ns_ = now;
   steps_since_anchor_ = 1;
   ++figures_.schedule_resets;
-  return Result::rebased;
+  return Result::schedule_reset;
 }
 
 void Pacer::clear_figures() {

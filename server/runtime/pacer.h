@@ -31,9 +31,9 @@ class Pacer {
   void anchor(double step_s, double factor);
 
   enum class Result {
-    not_due,  ///< slept for the allowed time, the step is not due: call again
-    due,      ///< take the step
-    rebased,  ///< take the step; the lag exceeded the limit and the schedule was moved by lag_ns
+    not_due,         ///< slept for the allowed time, the step is not due: call again
+    due,             ///< take the step
+    schedule_reset,  ///< take the step; the lag exceeded the limit and the schedule was moved by lag_ns
   };
   /// Waits for the next step's time, at most `longest_sleep_ns`.
   Result wait(std::int64_t longest_sleep_ns);

@@ -18,7 +18,7 @@ void visit_parameters(Visit visit) {
   visit("poisson_ratio", &P::poisson_ratio, NumberRange{.lower = 0.0, .upper = 0.499}, smaller,
         "Poisson's ratio of the elastic layer.");
   visit("layer_depth_m", &P::layer_depth_m, positive("m"), larger, "Thickness of the elastic layer.");
-  visit("areal_damping_Ns_per_m3", &P::areal_damping_Ns_per_m3, not_negative("N s/m^3"), smaller,
+  visit("areal_damping_N_s_per_m3", &P::areal_damping_N_s_per_m3, not_negative("N s/m^3"), smaller,
         "Damping pressure per normal speed.");
   visit("damping_depth_m", &P::damping_depth_m, positive("m"), smaller,
         "Penetration up to which damping grows from 0.");

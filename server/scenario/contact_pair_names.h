@@ -1,5 +1,6 @@
 #pragma once
 // Pairs in surface contact by name, as people and clients call them.
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -13,10 +14,9 @@ namespace takt {
 std::string contact_pair_name(const CellDescription& cell, const ContactPairModel& pair);
 
 /// Pairs (indices of the model's, ascending) whose name, BASE-TARGET or TARGET-BASE, fits one of the
-/// patterns: `*` stands for any characters; patterns are separated by commas. `unknown` receives the patterns
-/// that fit no pair.
+/// patterns: `*` stands for any characters. `unknown` receives the patterns that fit no pair.
 std::vector<std::size_t> find_contact_pairs(const ContactModel& model, const CellDescription& cell,
-                                            std::string_view patterns,
+                                            std::span<const std::string> patterns,
                                             std::vector<std::string>* unknown = nullptr);
 
 }  // namespace takt

@@ -64,16 +64,16 @@ DriveParameters drive_parameters(const ScenarioDrives& drives, const JointModel&
   p.elastic_gear = drives.gear_stiffness_N_m_per_rad.at(i) > 0.0;
   p.gear_ratio = drives.gear_ratio.at(i);
   p.motor_inertia_kg_m2 = drives.motor_inertia_kg_m2.at(i);
-  p.motor_constant_Nm_per_A = drives.torque_constant_N_m_per_A.at(i);
+  p.motor_constant_N_m_per_A = drives.torque_constant_N_m_per_A.at(i);
   p.current_loop_rad_per_s = drives.current_loop_rad_per_s.at(i);
   p.current_loop_damping = drives.current_loop_damping.at(i);
   p.resistance_ohm = drives.armature_resistance_ohm.at(i);
   p.power_stage_gain = drives.power_stage_gain.at(i);
-  p.gear_stiffness_Nm_per_rad = drives.gear_stiffness_N_m_per_rad.at(i);
-  p.gear_damping_Nms_per_rad = drives.gear_damping_N_m_s_per_rad.at(i);
+  p.gear_stiffness_N_m_per_rad = drives.gear_stiffness_N_m_per_rad.at(i);
+  p.gear_damping_N_m_s_per_rad = drives.gear_damping_N_m_s_per_rad.at(i);
   if (drives.friction != ScenarioDrives::Friction::none) {
-    p.friction.zero_speed_Nm = drives.friction_zero_speed_N_m.at(i);
-    p.friction.slope_Nms = drives.friction_slope_N_m_s_per_rad.at(i);
+    p.friction.zero_speed_N_m = drives.friction_zero_speed_N_m.at(i);
+    p.friction.slope_N_m_s = drives.friction_slope_N_m_s_per_rad.at(i);
     p.friction.break_away = drives.breakaway_factor.at(i);
     p.friction.regularised = drives.friction == ScenarioDrives::Friction::regularised;
     p.friction.regularisation_speed_rad_per_s = drives.friction_regularisation_rad_per_s.at(i);

@@ -18,6 +18,7 @@
 #include "server/scenario/scenario_assertions.h"
 #include "server/scenario/scenario_contact.h"
 #include "server/scenario/scenario_dynamics.h"
+#include "server/simulation/model/cell_model.h"
 #include "server/simulation/model/solver.h"
 
 namespace takt {
@@ -93,7 +94,7 @@ struct ScenarioGripper {
   double max_force_N = 0.0;
   double mass_kg = 0.0;               ///< all of it, jaws included
   std::optional<double> jaw_mass_kg;  ///< of each jaw; unset: a tenth of all
-  bool grasp_on_contact = false;
+  GraspRule grasp = GraspRule::on_command;
   std::array<float, 4> color{0.25F, 0.25F, 0.28F, 1.0F};
 };
 

@@ -122,7 +122,7 @@ void add_robot(const Scenario& scenario, const ScenarioRobot& robot, const UrdfA
   cell.robots.push_back(parameters);
   CommandDeadline deadline;
   deadline.deadline_s = robot.deadline.command_deadline_s;
-  deadline.action = robot.deadline.stops ? SafeAction::stop : SafeAction::hold;
+  deadline.action = robot.deadline.safe_action;
   for (std::size_t i = 0; i < count && robot.deadline.max_acceleration_rad_per_s2.given(); ++i)
     deadline.max_acceleration[i] = robot.deadline.max_acceleration_rad_per_s2.at(i);
   cell.description.robots.push_back(
@@ -144,7 +144,7 @@ void add_gripper(const Scenario& scenario, const ScenarioGripper& gripper, Conve
   model.parameters.max_width_m = gripper.max_width_m;
   model.parameters.initial_width_m = gripper.initial_width_m.value_or(gripper.max_width_m);
   model.parameters.jaw_speed_m_per_s = gripper.jaw_speed_m_per_s;
-  model.rule = gripper.grasp_on_contact ? GraspRule::on_contact : GraspRule::on_command;
+  model.rule = gripper.grasp;
   model.max_force_N = gripper.max_force_N;
 
   Component palm;

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "takt_enumerations.h"
+
 namespace takt {
 
 /// One value for all joints, or one for each.
@@ -40,7 +42,7 @@ struct ScenarioDrives {
 struct ScenarioCommandDeadline {
   /// Longest silence of a stream of set-points (simulated); 0: without deadline.
   double command_deadline_s = 0.0;
-  bool stops = false;                       ///< safe_action: stop; else hold
+  SafeAction safe_action = SafeAction::hold;
   JointValues max_acceleration_rad_per_s2;  ///< of that stop; m for prismatic joints
 };
 

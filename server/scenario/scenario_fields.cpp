@@ -124,17 +124,17 @@ void describe_deadline(Fields& f, ScenarioRobot& s) {
   f.check(deadline_s == 0.0 || deadline_s >= s.command_period_s, "command_deadline_s",
           std::to_string(deadline_s) + " s",
           "at least command_period_s, " + std::to_string(s.command_period_s) + " s");
-  f.field("safe_action", deadline.stops, Choice<bool>{{{"hold", false}, {"stop", true}}},
+  f.field("safe_action", deadline.safe_action, choice_of<SafeAction>(),
           "After the deadline: hold the last set-point, or stop with max_acceleration_rad_per_s2.");
   std::vector<double>& limits = deadline.max_acceleration_rad_per_s2.values;
   f.field("max_acceleration_rad_per_s2", limits, ForJoints{positive("rad/s^2")},
           "Deceleration of that stop; m/s^2 for prismatic joints.");
-  f.required_for("safe_action", {"stop"});
+  f.required_for("safe_action", {std::string(to_string(SafeAction::stop))});
   const std::string joints = std::to_string(s.initial_joints_rad.size());
   f.check(limits.size() <= 1 || limits.size() == s.initial_joints_rad.size(), "max_acceleration_rad_per_s2",
           std::to_string(limits.size()) + " values", "one, or " + joints + ", one for each joint");
-  f.check(!deadline.stops || !limits.empty(), "max_acceleration_rad_per_s2", "nothing (the key is missing)",
-          "needed for safe_action: stop, in rad/s^2");
+  f.check(deadline.safe_action != SafeAction::stop || !limits.empty(), "max_acceleration_rad_per_s2",
+          "nothing (the key is missing)", "needed for safe_action: stop, in rad/s^2");
 }
 
 }  // namespace
@@ -186,7 +186,8 @@ void describe(Fields& f, ScenarioGripper& s) {
   f.field("max_force_N", s.max_force_N, positive("N"), "Largest force of each jaw.", kRequired);
   f.field("mass_kg", s.mass_kg, not_negative("kg"), "Mass, jaws included; needed from level of detail 2 on.");
   f.field("jaw_mass_kg", s.jaw_mass_kg, positive("kg"), "Mass of each jaw; without it: a tenth of all.");
-  f.field("grasp", s.grasp_on_contact, Choice<bool>{{{"on_command", false}, {"on_contact", true}}},
+  f.field("grasp", s.grasp,
+          Choice<GraspRule>{{{"on_command", GraspRule::on_command}, {"on_contact", GraspRule::on_contact}}},
           "At level of detail 1 a part between the jaws is held from the close command on, or from the "
           "moment both jaws touch it.");
   f.field("color", s.color, Color{}, "Red, green, blue, and alpha.", kNotInModel);

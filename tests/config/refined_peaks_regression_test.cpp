@@ -113,7 +113,7 @@ Outcome run(const Case& c, bool refined) {
   const HeadlessResult result = run_headless(simulation, scenario, headless);
   EXPECT_EQ(result.fault, "");
   EXPECT_TRUE(result.alternating_forces.empty());
-  return {peaks_of(simulation.description(), *result.process, c.level),
+  return {peaks_of(simulation.description(), *result.run_metrics, c.level),
           of_catches(simulation.model(), result)};
 }
 

@@ -197,7 +197,7 @@ TEST(RobotR3Scenario, TheRobotStartsInThePublishedState) {
     EXPECT_NEAR(drive.motor_current_A, current[j], 0.51e-9);
     EXPECT_NEAR(-drive.motor_voltage_V / 5.0, voltage[j], 0.51e-8);
     EXPECT_EQ(drive.friction_mode, FrictionMode::stuck);
-    EXPECT_NEAR(drive.friction_torque_Nm, 0.0, 1e-10);
+    EXPECT_NEAR(drive.friction_torque_N_m, 0.0, 1e-10);
     EXPECT_EQ(robot.velocity[j], 0.0);
     EXPECT_NEAR(robot.position[j], r3::kAxes[j].start_deg * M_PI / 180.0, 1e-15);
   }

@@ -2,6 +2,7 @@
 // scenario that is read and written back is the same model.
 #include <gtest/gtest.h>
 
+#include <cctype>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -32,6 +33,41 @@ TEST(ScenarioSchema, IsTheReferencePage) {
   EXPECT_TRUE(text_of(std::filesystem::path(TAKT_SOURCE_DIR) / "docs" / "scenario_reference.md") ==
               scenario_reference())
       << "takt-run reference > docs/scenario_reference.md";
+}
+
+/// "N m s/rad, motor side" as the end of a key: "N_m_s_per_rad".
+std::string key_end(std::string unit) {
+  unit = unit.substr(0, unit.find(','));
+  if (unit.starts_with("1/")) unit.erase(0, 1);
+  std::string end;
+  for (const char c : unit)
+    if (c == '/')
+      end += end.empty() ? "per_" : "_per_";
+    else if (c == ' ')
+      end += '_';
+    else if (std::isalnum(static_cast<unsigned char>(c)) != 0)
+      end += c;
+  return end;
+}
+
+/// Keys of corners of a box, whose unit is that of the coordinates.
+bool is_corner(const std::string& key) {
+  return key == "lower" || key == "upper";
+}
+
+void expect_keys_in_units(const KeyInfo& info, const std::string& key, int& found) {
+  if (!info.unit.empty() && !is_corner(key)) {
+    ++found;
+    EXPECT_TRUE(key.ends_with("_" + key_end(info.unit))) << key << " in " << info.unit;
+  }
+  for (const KeyInfo& item : info.items) expect_keys_in_units(item, item.key.empty() ? key : item.key, found);
+  for (const KeyInfo& form : info.other_forms) expect_keys_in_units(form, key, found);
+}
+
+TEST(ScenarioKeys, EndInTheirUnit) {
+  int found = 0;
+  expect_keys_in_units(scenario_info(), "", found);
+  EXPECT_GT(found, 100);
 }
 
 class WrittenScenario : public testing::TestWithParam<std::filesystem::path> {};

@@ -15,7 +15,7 @@ namespace {
 
 struct TableRow {
   double x, y, z, roll, pitch, yaw;
-  double range_deg, speed_deg_per_s, torque_Nm;
+  double range_deg, speed_deg_per_s, torque_N_m;
 };
 
 const TableRow kPublishedRows[] = {{0.0, 0.0, 0.1807, 0.0, 0.0, 0.0, 360.0, 120.0, 330.0},
@@ -59,7 +59,7 @@ TEST_F(Ur10e, LimitsAreThePublishedOnes) {
     EXPECT_NEAR(arm_.joints[i].lower, -kPublishedRows[i].range_deg * degree, 1e-15);
     EXPECT_NEAR(arm_.joints[i].upper, kPublishedRows[i].range_deg * degree, 1e-15);
     EXPECT_NEAR(arm_.joints[i].max_velocity, kPublishedRows[i].speed_deg_per_s * degree, 1e-15);
-    EXPECT_EQ(arm_.joints[i].max_effort, kPublishedRows[i].torque_Nm);
+    EXPECT_EQ(arm_.joints[i].max_effort, kPublishedRows[i].torque_N_m);
   }
 }
 

@@ -25,7 +25,7 @@ using Vec6 = Eigen::Matrix<double, 6, 1>;
 ContactLaw elastic_law() {
   ContactParameters parameters;
   parameters.friction = 0.0;
-  parameters.areal_damping_Ns_per_m3 = 0.0;
+  parameters.areal_damping_N_s_per_m3 = 0.0;
   return contact_law(parameters);
 }
 

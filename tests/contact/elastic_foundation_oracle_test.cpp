@@ -37,7 +37,7 @@ Wrench of_simbody(const TriangleMesh& base, const TriangleMesh& target, const Po
 
 void expect_same(const char* name, const TriangleMesh& base, const TriangleMesh& target, const Pose& X_TB) {
   ContactParameters parameters;
-  parameters.friction = parameters.areal_damping_Ns_per_m3 = 0.0;
+  parameters.friction = parameters.areal_damping_N_s_per_m3 = 0.0;
   const ContactLaw law = contact_law(parameters);
   PolygonalContact contact(surface(base), surface(target), law);
   const Wrench ours = evaluate(contact, {X_TB, {}}).F_B_T;

@@ -118,7 +118,7 @@ TEST(PolygonalContact, DampingGrowsWithPenetrationAndNeverPulls) {
       motion.V_TB_T.v.z() = -approach;
       const double elastic = law.stiffness_Pa_per_m * area * u;
       const double damping =
-          law.areal_damping_Ns_per_m3 * area * approach * std::min(1.0, u / law.damping_depth_m);
+          law.areal_damping_N_s_per_m3 * area * approach * std::min(1.0, u / law.damping_depth_m);
       const double force = std::max(0.0, elastic + damping);
       const ContactResult r = evaluate(contact, motion);
       EXPECT_NEAR(r.F_B_T.f.z(), force, 1e-6 * (elastic + std::abs(damping))) << u << " " << approach;
@@ -182,7 +182,7 @@ TEST(PolygonalContact, StickingFrictionIsASpringUpToTheLimit) {
   // Damping while it sticks.
   RelativeMotion moving = start;
   moving.V_TB_T.v.y() = 1e-6;
-  EXPECT_NEAR(evaluate(contact, moving).F_B_T.f.y(), -law.tangential_damping_Ns_per_m3 * area * 1e-6,
+  EXPECT_NEAR(evaluate(contact, moving).F_B_T.f.y(), -law.tangential_damping_N_s_per_m3 * area * 1e-6,
               1e-9 * limit);
 
   // Dragged three times as far as it holds, the spring stays at the limit; on the way back it unloads.

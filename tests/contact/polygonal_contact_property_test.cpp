@@ -313,7 +313,8 @@ TEST(PolygonalContactLaws, SecantAndTangentHaveTheSameNormalPartOnAFlatPunch) {
   ContactJacobian j;
   contact.evaluate(at_rest({0.0, 0.0, 0.01 - 1e-5}), Linearisation::secant, r, j);
   EXPECT_NEAR(j.K(2, 2), -law.stiffness_Pa_per_m * 0.0016, 1e-6 * law.stiffness_Pa_per_m * 0.0016);
-  EXPECT_NEAR(j.D(2, 2), -law.areal_damping_Ns_per_m3 * 0.0016, 1e-6 * law.areal_damping_Ns_per_m3 * 0.0016);
+  EXPECT_NEAR(j.D(2, 2), -law.areal_damping_N_s_per_m3 * 0.0016,
+              1e-6 * law.areal_damping_N_s_per_m3 * 0.0016);
   EXPECT_NEAR(j.K(0, 0), 0.0, 1e-6);
 }
 

@@ -93,9 +93,9 @@ TEST(RosQuestions, FilesAndCopiesAreSpawned) {
   request.initial_pose.header.frame_id = "";
   for (const char* wrong : {"a.obj?mass_kg", "a.obj?=3", "a.obj?a=1&&b=2"})
     expect_no(with(wrong), ControlResult::spawn_parse_error, "stand NAME=VALUE, separated by &.");
-  const Question bolt = with("bolts/m6.obj?mass_kg=0.02&hierarchy=3");
+  const Question bolt = with("bolts/m6.obj?mass=0.02&hierarchy=3");
   EXPECT_EQ(argument_of(bolt, "uri"), "bolts/m6.obj");
-  EXPECT_EQ(argument_of(bolt, "mass_kg"), "0.02");
+  EXPECT_EQ(argument_of(bolt, "mass"), "0.02");
   EXPECT_EQ(argument_of(bolt, "hierarchy"), "3");
   EXPECT_EQ(argument_of(bolt, "name"), "");
   EXPECT_EQ(argument_of(bolt, "allow_renaming"), "false");
@@ -103,7 +103,7 @@ TEST(RosQuestions, FilesAndCopiesAreSpawned) {
   EXPECT_EQ(argument_of(with("copy_of:P"), "name"), "");
   // An unnamed object gets a name if that is allowed.
   request.allow_renaming = true;
-  EXPECT_EQ(argument_of(with("bolts/m6.obj?mass_kg=0.02"), "name"), "m6");
+  EXPECT_EQ(argument_of(with("bolts/m6.obj?mass=0.02"), "name"), "m6");
   EXPECT_EQ(argument_of(with("copy_of:P"), "name"), "P");
   EXPECT_EQ(argument_of(with("copy_of:P"), "copy_of"), "P");
   request.name = "Q";
@@ -128,9 +128,9 @@ TEST(RosAnswers, AnswersOfFailuresHaveNoOtherFields) {
 
 TEST(RosAnswers, EntitiesAreListedByExpressionAndCategory) {
   requests::GetEntitiesResponse listed;
-  listed.entities = {{.name = "P1", .category = ComponentType::part},
-                     {.name = "G", .category = ComponentType::gripper},
-                     {.name = "T", .category = ComponentType::ground}};
+  listed.entities = {{.name = "P1", .type = ComponentType::part},
+                     {.name = "G", .type = ComponentType::gripper},
+                     {.name = "T", .type = ComponentType::ground}};
   ControlReply reply{1, ControlResult::ok, "", arguments_of(listed)};
   const auto names = [&](const std::string& note) {
     srv::GetEntities_Response response;

@@ -26,7 +26,7 @@ TEST(ScrewThread, TurnsAreLengthOverPitch) {
   const double speed = 10.0 * kTurn, h = 1e-3;
   for (bool free = false; !free; time += h) {
     const ThreadTurn turn = turn_thread(kM6, turned, speed, 4.0, h);
-    EXPECT_EQ(turn.torque_Nm, 1.5);
+    EXPECT_EQ(turn.torque_N_m, 1.5);
     turned += turn.angle_rad;
     free = turn.free;
     ASSERT_LT(time, 2.0);
@@ -38,19 +38,19 @@ TEST(ScrewThread, TurnsAreLengthOverPitch) {
 TEST(ScrewThread, AScrewStallsUnderAWeakScrewdriverAndAtItsSeat) {
   const ThreadTurn weak = turn_thread(kM6, 0.0, 60.0, 1.4, 1e-3);
   EXPECT_EQ(weak.angle_rad, 0.0);
-  EXPECT_EQ(weak.torque_Nm, 1.4);
+  EXPECT_EQ(weak.torque_N_m, 1.4);
   const ThreadTurn in = turn_thread(kM6, 1.0, -60.0, 4.0, 1e-3);
   EXPECT_NEAR(in.angle_rad, -0.06, 1e-15);
   const ThreadTurn seat = turn_thread(kM6, 0.01, -60.0, 4.0, 1e-3);
   EXPECT_DOUBLE_EQ(seat.angle_rad, -0.01);
-  EXPECT_EQ(seat.torque_Nm, 4.0);
-  EXPECT_EQ(turn_thread(kM6, 0.01, 0.0, 4.0, 1e-3).torque_Nm, 0.0);
+  EXPECT_EQ(seat.torque_N_m, 4.0);
+  EXPECT_EQ(turn_thread(kM6, 0.01, 0.0, 4.0, 1e-3).torque_N_m, 0.0);
 }
 
 /// A screw upright in a plate on a table, and a gripper with a bit above it.
 class ScrewCell {
  public:
-  explicit ScrewCell(double max_torque_Nm = 4.0) {
+  explicit ScrewCell(double max_torque_N_m = 4.0) {
     cell_.step(0.001);
     cell_.ground("Table", {0.5, 0.5, 0.1}, test::at(0.0, 0.0, -0.1));
     plate_ = cell_.part("Plate", 10.0, 2, {0.2, 0.2, 0.05}, test::at(0.0, 0.0, 0.0));
@@ -63,7 +63,7 @@ class ScrewCell {
     driver.X_GT.R = Vec3(1.0, -1.0, -1.0).asDiagonal();  // the bit points down
     driver.X_GT.p = Vec3(0.0, 0.0, -0.055);
     driver.reach_m = 0.02;
-    driver.max_torque_Nm = max_torque_Nm;
+    driver.max_torque_N_m = max_torque_N_m;
     ScrewJoints::Joint thread;
     thread.part = screw_, thread.holder = plate_, thread.device = kThread;
     thread.law = kM6;

@@ -66,18 +66,18 @@ const ReportedRun& dynamic() {
 }
 
 TEST(RunMetrics, LargestLoadsEqualThoseOfAnObserver) {
-  const Json& joint = dynamic().report["process"]["robots"]["Robot2"]["joints"]["shoulder_lift_joint"];
+  const Json& joint = dynamic().report["run_metrics"]["robots"]["Robot2"]["joints"]["shoulder_lift_joint"];
   EXPECT_EQ(joint["largest_speed"].get<double>(), dynamic().largest_speed);
   EXPECT_EQ(joint["largest_effort"].get<double>(), dynamic().largest_torque);
   EXPECT_GT(dynamic().largest_torque, 10.0);
   // Kinematic robots are evaluated every 10 ms and have no torques.
-  const Json& slower = kinematic().report["process"]["robots"]["Robot2"]["joints"]["shoulder_lift_joint"];
+  const Json& slower = kinematic().report["run_metrics"]["robots"]["Robot2"]["joints"]["shoulder_lift_joint"];
   EXPECT_NEAR(slower["largest_speed"].get<double>(), kinematic().largest_speed, 0.01);
   EXPECT_FALSE(slower.contains("largest_effort"));
 }
 
 TEST(RunMetrics, MarginsAreSharesOfTheLimitsOfTheUrdf) {
-  const Json& margins = dynamic().report["process"]["margins"];
+  const Json& margins = dynamic().report["run_metrics"]["margins"];
   const auto of = [&](const std::string& name) {
     const auto found =
         std::find_if(margins.begin(), margins.end(), [&](const Json& m) { return m["of"] == name; });
@@ -94,7 +94,7 @@ TEST(RunMetrics, MarginsAreSharesOfTheLimitsOfTheUrdf) {
 TEST(RunMetrics, StepsHaveTheirTimesAndTheirEnergy) {
   int of_robot2 = 0;
   double sum_J = 0.0;
-  for (const Json& step : dynamic().report["process"]["steps"]) {
+  for (const Json& step : dynamic().report["run_metrics"]["steps"]) {
     EXPECT_TRUE(step["named"].get<bool>());
     if (step["robot"] != "Robot2") continue;
     ++of_robot2;
@@ -112,7 +112,7 @@ TEST(RunMetrics, StepsHaveTheirTimesAndTheirEnergy) {
 TEST(RunMetrics, AProgramWithoutStepsIsReportedByItsCalls) {
   const ReportedRun done =
       run(1, {"controller.program=" TAKT_CONFIG_DIR "/programs/block_disassembly.lua"}, 0.5);
-  const Json& steps = done.report["process"]["steps"];
+  const Json& steps = done.report["run_metrics"]["steps"];
   ASSERT_FALSE(steps.empty());
   for (const Json& step : steps) {
     EXPECT_FALSE(step["named"].get<bool>());
@@ -163,7 +163,7 @@ TEST(Comparison, TheLowerLevelIsEnoughWhileTheHigherOneAddsNothing) {
 
 TEST(Comparison, DifferencesAreListedTheLargestFirst) {
   Json changed = dynamic().report;
-  double& energy = *changed["process"]["consumers"]["Robot1"]["electrical_energy"].get_ptr<double*>();
+  double& energy = *changed["run_metrics"]["consumers"]["Robot1"]["electrical_energy"].get_ptr<double*>();
   energy *= 1.2;
   *changed["components"]["C"]["position"]["z"].get_ptr<double*>() += 0.01;
   changed["connection_changes"].back()["to"] = "Table2";

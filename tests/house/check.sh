@@ -48,12 +48,15 @@ violations=$(
       grep -qE "(^|/)$(basename "$name")\$" <<<"$listed" || echo "$file:$line: no such document: $name"
     done
 
-  # Enumerations, topics and QoS stand once: in idl/ and in topic_qos.h.
+  # Enumerations with their words, topics and QoS stand once: in idl/ and in topic_qos.h.
   mapfile -t product < <(existing plant_models server client_lib idl)
   if [[ -f idl/takt_enumerations.idl ]]; then
     enumerations=$(sed -nE 's/^enum ([A-Za-z]+).*/\1/p' idl/takt_enumerations.idl | paste -sd'|')
     grep -rnHE --include='*.h' --include='*.cpp' "enum (class )?($enumerations)\>" "${product[@]}" |
       sed -E 's/^([^:]+:[0-9]+):.*/\1: this enumeration is in takt_enumerations.h/' || true
+    mapfile -t written < <(find "${product[@]}" -type f \( -name '*.h' -o -name '*.cpp' -o -name '*.js' -o -name '*.py' \) \
+      ! -path 'idl/generator/*' ! -path '*/node_modules/*' | sort)
+    awk -f "$rules/enumeration_rules.awk" idl/takt_enumerations.idl "${written[@]}"
     levels=$(sed -nE 's/^@topic\(.*name="([^"]*\/)?([a-z_]+)".*/\2/p' idl/*.idl | sort -u | paste -sd'|')
     grep -rnHE --include='*.h' --include='*.cpp' \
       "\"[^\" ]*/($levels)\"|\"(joint_commands|joint_states|joint_trajectory|robot_description|contact_pressures|tf_static)\"" \
@@ -67,7 +70,7 @@ violations=$(
     grep -rnHE --include='*.h' --include='*.cpp' --include='*.py' "[\"']($words)[\"']" "${product[@]}" |
       sed -E 's/^([^:]+:[0-9]+):.*/\1: names of requests and codes of events are in takt_requests.idl, takt_events.idl/' || true
   fi
-  ((${#product[@]} == 0)) || grep -rnHE --include='*.h' --include='*.cpp' '_(RELIABILITY|DURABILITY|HISTORY)_QOS' "${product[@]}" |
+  ((${#product[@]} == 0)) || grep -rnHE --include='*.h' --include='*.cpp' '_(RELIABILITY|DURABILITY|HISTORY|OWNERSHIP|LIVELINESS)_QOS|liveliness\(\)\.' "${product[@]}" |
     grep -vE '^idl/transport/fastdds/(topic_qos|fastdds)\.h:' |
     sed -E 's/^([^:]+:[0-9]+):.*/\1: the QoS of topics is in topic_qos.h/' || true
 

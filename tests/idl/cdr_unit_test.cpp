@@ -191,7 +191,7 @@ TEST(MessageTables, SayUnitFrameAndMeaning) {
   const FieldInfo& force = field_info<takt_msgs::msg::Contact>("force");
   EXPECT_EQ(force.unit, "N");
   EXPECT_EQ(force.frame, "W");
-  EXPECT_EQ(force.doc, "on the base; the target gets the opposite");
+  EXPECT_EQ(force.doc, "on the component");
   EXPECT_EQ(force.message->name, "takt_msgs/msg/Vector3");
   EXPECT_EQ(message_info<takt_msgs::msg::CellState>().dds_type, "takt_msgs::msg::dds_::CellState_");
   EXPECT_EQ(annotation(field_info<takt_msgs::msg::Contact>("base").annotations, "index"), "components");

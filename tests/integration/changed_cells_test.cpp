@@ -186,7 +186,7 @@ TEST(Registering, ARegisteredNameIsNotGivenToAnotherController) {
   Client client(client_options());
   client.register_controller("plc", Seconds{0.008}, kGenerous, {"Robot1"});
   const ClientError refused =
-      refusal(client, "register_controller", {{"name", "plc"}, {"period_s", "0.008"}, {"targets", "Robot2"}});
+      refusal(client, "register_controller", {{"name", "plc"}, {"period", "0.008"}, {"targets", "Robot2"}});
   EXPECT_EQ(refused.result(), takt::ControlResult::failed);
   expect_words(refused.what(), {"plc", "Robot1", "another name"});
   // A restarted controller has the same targets.

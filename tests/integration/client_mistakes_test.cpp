@@ -80,8 +80,8 @@ TEST(ClientMistakes, StatesHaveNames) {
   EXPECT_EQ(to_string(PartState::assembled), "assembled");
   EXPECT_EQ(to_string(SimulationState::stopped), "stopped");
   EXPECT_EQ(to_string(SimulationState::quitting), "quitting");
-  EXPECT_EQ(to_string(SimulationState::no_world), "no_world");
-  EXPECT_EQ(to_string(SimulationState::loading_world), "loading_world");
+  EXPECT_EQ(to_string(SimulationState::no_scenario), "no_scenario");
+  EXPECT_EQ(to_string(SimulationState::loading_scenario), "loading_scenario");
   EXPECT_EQ(to_string(Severity::information), "information");
   EXPECT_EQ(to_string(Severity::warning), "warning");
   EXPECT_EQ(to_string(Severity::error), "error");
@@ -140,7 +140,7 @@ TEST(ClientMistakes, RareArgumentsArrive) {
   spawn.name = "Small";
   spawn.uri = std::string(TAKT_CONFIG_DIR) + "/meshes/C.obj";
   spawn.mesh_scale = 0.5;
-  spawn.mass_kg = 0.1;
+  spawn.mass = 0.1;
   spawn.hierarchy = 4;
   spawn.position = {0.0, 0.0, 2.0};
   EXPECT_EQ(cell.spawn_entity(spawn).entity, "Small");

@@ -85,14 +85,14 @@ TEST(ClientRequests, ALoadReturnsTheNewDescription) {
 
   client.unload_scenario();
   EXPECT_EQ(client.cell()->scenario, "");
-  EXPECT_EQ(client.get_state(), SimulationState::no_world);
+  EXPECT_EQ(client.get_state(), SimulationState::no_scenario);
   EXPECT_EQ(client.cell()->robots.size(), 0U);
   try {
     client.reload_scenario();
     FAIL() << "loaded again what was unloaded";
   } catch (const ClientError& error) {
     EXPECT_EQ(error.kind(), ClientError::Kind::refused);
-    EXPECT_EQ(error.result(), takt::ControlResult::no_world_loaded);
+    EXPECT_EQ(error.result(), takt::ControlResult::no_scenario_loaded);
   }
 }
 
@@ -104,7 +104,7 @@ TEST(ClientRequests, PartsComeAndGo) {
   spawn.name = "C";
   spawn.copy_of = "C";
   spawn.allow_renaming = true;
-  spawn.mass_kg = 0.25;
+  spawn.mass = 0.25;
   spawn.position = {0.3, 0.2, 0.9};
   spawn.orientation = {0.0, 0.0, std::sqrt(0.5), std::sqrt(0.5)};
   EXPECT_EQ(client.spawn_entity(spawn).entity, "C_2");
@@ -119,7 +119,7 @@ TEST(ClientRequests, PartsComeAndGo) {
   EXPECT_EQ(parts[1].hierarchy, parts[0].hierarchy);
   EXPECT_EQ(client.get_entities().size(), client.cell()->components.size());
   for (const auto& gripper : client.get_entities({}, ComponentType::gripper))
-    EXPECT_EQ(gripper.category, ComponentType::gripper);
+    EXPECT_EQ(gripper.type, ComponentType::gripper);
 
   // In the air: it falls by g t^2 / 2.
   client.step(50);
@@ -131,7 +131,7 @@ TEST(ClientRequests, PartsComeAndGo) {
   EXPECT_NEAR(fallen.linear_velocity.z, -9.80665 * 0.05, 1e-9);
   EXPECT_NEAR(fallen.orientation.z, std::sqrt(0.5), 1e-12);
   const auto table = client.get_entity_state("Table1");
-  EXPECT_EQ(table.category, ComponentType::ground);
+  EXPECT_EQ(table.type, ComponentType::ground);
   EXPECT_EQ(table.state, PartState::fixed);
 
   client.set_state(SimulationState::stopped);

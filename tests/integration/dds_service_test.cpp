@@ -383,7 +383,7 @@ TEST(DdsLockstep, LockstepGivesTheBitsOfDirectSteps) {
   for (auto* writer : {&robot1, &robot2, &gripper}) ASSERT_TRUE(writer->matches->wait_for(1));
   ASSERT_EQ(client
                 .request("register_controller",
-                         {{"name", "plc"}, {"period_s", "0.008"}, {"targets", "Robot1,Robot2,Gripper2"}})
+                         {{"name", "plc"}, {"period", "0.008"}, {"targets", "Robot1,Robot2,Gripper2"}})
                 .result,
             1);
   ASSERT_EQ(client.request("set_state", {{"state", "1"}}).result, 1);

@@ -141,8 +141,8 @@ TEST(Hosting, ACommandForARemovedRobotIsReported) {
 TEST(Hosting, AnEmptyServerLoadsAndUnloads) {
   HostedService service(false);
   Client client(client_options());
-  EXPECT_EQ(client.get_state(), SimulationState::no_world);
-  ASSERT_TRUE(status_in(client, SimulationState::no_world).has_value());
+  EXPECT_EQ(client.get_state(), SimulationState::no_scenario);
+  ASSERT_TRUE(status_in(client, SimulationState::no_scenario).has_value());
   EXPECT_TRUE(client.cell()->components.empty());
   for (const char* name : {"step", "reset"}) {
     const ClientError error = refusal(client, name);
@@ -150,8 +150,8 @@ TEST(Hosting, AnEmptyServerLoadsAndUnloads) {
     expect_words(error.what(), {"load_scenario"});
   }
   EXPECT_EQ(refusal(client, "no_such_request").result(), takt::ControlResult::unsupported);
-  EXPECT_EQ(refusal(client, "unload_scenario").result(), takt::ControlResult::no_world_loaded);
-  EXPECT_EQ(refusal(client, "reload_scenario").result(), takt::ControlResult::no_world_loaded);
+  EXPECT_EQ(refusal(client, "unload_scenario").result(), takt::ControlResult::no_scenario_loaded);
+  EXPECT_EQ(refusal(client, "reload_scenario").result(), takt::ControlResult::no_scenario_loaded);
   expect_words(client.request("get_features").text("requests"), {"load_scenario", "unload_scenario"});
 
   client.request("load_scenario", {{"uri", service.one_arm().string()}});
@@ -159,8 +159,8 @@ TEST(Hosting, AnEmptyServerLoadsAndUnloads) {
   client.step(5);
   const Reply gone = client.request("unload_scenario");
   expect_words(gone.message, {"one_arm"});
-  EXPECT_EQ(client.get_state(), SimulationState::no_world);
-  ASSERT_TRUE(status_in(client, SimulationState::no_world).has_value());
+  EXPECT_EQ(client.get_state(), SimulationState::no_scenario);
+  ASSERT_TRUE(status_in(client, SimulationState::no_scenario).has_value());
   client.request("load_scenario", {{"uri", service.two_robots().string()}});
   EXPECT_EQ(client.get_state(), SimulationState::stopped);
   ASSERT_TRUE(state_of_scenario(client, "service_test").has_value());
@@ -264,9 +264,9 @@ TEST(Hosting, TheProgramStartsWithoutAScenario) {
   takt::ClientOptions options = client_options();
   options.cell = cell;
   Client client(options);
-  EXPECT_EQ(client.get_state(), SimulationState::no_world);
-  client.request("load_scenario",
-                 {{"uri", std::string(TAKT_CONFIG_DIR) + "/scenarios/block_assembly.yaml"}, {"lod", "1"}});
+  EXPECT_EQ(client.get_state(), SimulationState::no_scenario);
+  client.request("load_scenario", {{"uri", std::string(TAKT_CONFIG_DIR) + "/scenarios/block_assembly.yaml"},
+                                   {"level_of_detail", "1"}});
   client.step(3);
   EXPECT_EQ(client.request("get_state").text("step"), "3");
   client.request("unload_scenario");

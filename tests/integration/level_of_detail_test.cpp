@@ -330,7 +330,7 @@ TEST(ContactsOverDds, PressuresOfRequestedPairsAreSent) {
   EXPECT_EQ(unknown.result, 2);
   EXPECT_NE(unknown.message.find("P-Table1"), std::string::npos) << unknown.message;
   // There are no samples until a request; then they arrive although the cell stands.
-  ASSERT_EQ(raw.request("watch_pressures", {{"pairs", "P-Table1"}, {"for_s", "86400"}}).result, 1);
+  ASSERT_EQ(raw.request("watch_pressures", {{"pairs", "P-Table1"}, {"duration", "86400"}}).result, 1);
   ContactPressures sample;
   ASSERT_TRUE(pressures->wait_for([](const auto& m) { return !m.pairs.empty(); }, &sample));
   EXPECT_FALSE(pressures->wait_briefly([](const auto& all) { return all.front().pairs.size() != 1; }));
@@ -344,9 +344,9 @@ TEST(ContactsOverDds, PressuresOfRequestedPairsAreSent) {
   EXPECT_NEAR(pair.largest_pressure, *std::max_element(pair.pressures.begin(), pair.pressures.end()),
               1e-6 * pair.largest_pressure);
   // Another pair more; then none.
-  ASSERT_EQ(raw.request("watch_pressures", {{"pairs", "Table1-C"}, {"for_s", "86400"}}).result, 1);
+  ASSERT_EQ(raw.request("watch_pressures", {{"pairs", "Table1-C"}, {"duration", "86400"}}).result, 1);
   ASSERT_TRUE(pressures->wait_for([](const auto& m) { return m.pairs.size() == 2; }));
-  const auto none = raw.request("watch_pressures", {{"pairs", "*"}, {"for_s", "0"}});
+  const auto none = raw.request("watch_pressures", {{"pairs", "*"}, {"duration", "0"}});
   ASSERT_EQ(none.values.size(), 1U);
   EXPECT_EQ(raw.value(none, none.values[0].name), "0");
 }

@@ -25,7 +25,7 @@ using takt::test::kBin;
 using takt::test::kGenerous;
 using takt::test::refusal;
 
-std::string hexadecimal(std::uint64_t value) {
+std::string hexadecimal_text(std::uint64_t value) {
   std::ostringstream text;
   text << std::hex << value;
   return text.str();
@@ -97,7 +97,7 @@ TEST(Recording, ARecordedFreeRunIsReplayedByTaktRun) {
     one_arm = (directory / "scenarios" / "one_arm.yaml").string();
     service.host.stop();
     expect_words(replayed({log.string()}, 0),
-                 {"2 scenarios", "takt-server of a test", hexadecimal(hash).c_str()});
+                 {"2 scenarios", "takt-server of a test", hexadecimal_text(hash).c_str()});
   }
   // Another scenario in its place is refused with a sentence.
   expect_words(replayed({log.string(), one_arm}, 2), {"service_test", "one_arm"});

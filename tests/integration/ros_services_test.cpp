@@ -211,13 +211,13 @@ TEST(RosServices, EntitiesAreListedMovedMadeAndDeleted) {
   ASSERT_EQ(control->call(any).result, 1);
   srv::SpawnEntity_Request copy;
   copy.allow_renaming = true;
-  copy.entity_resource.uri = "copy_of:C?mass_kg=0.25";
+  copy.entity_resource.uri = "copy_of:C?mass=0.25";
   copy.initial_pose.pose.position.x = 0.3;
   copy.initial_pose.pose.position.z = 0.9;
   const auto spawned = spawn->call(copy);
   ASSERT_EQ(spawned.result.result, 1) << spawned.result.error_message;
   EXPECT_EQ(spawned.entity_name, "C_2");
-  copy.entity_resource.uri = "copy_of:C?mass_kg";
+  copy.entity_resource.uri = "copy_of:C?mass";
   EXPECT_EQ(spawn->call(copy).result.result, 106);
   any.request = "get_state";
   any.arguments = {};

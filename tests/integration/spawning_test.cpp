@@ -84,7 +84,7 @@ TEST(Spawning, ANewPartComesFromAMeshFile) {
                                 {{"name", "P"},
                                  {"allow_renaming", "true"},
                                  {"uri", mesh},
-                                 {"mass_kg", "0.25"},
+                                 {"mass", "0.25"},
                                  {"hierarchy", "4"},
                                  {"position", "0.1,0.3,1.1"}});
   const int part = there.cell->find_component("P_2");
@@ -92,7 +92,7 @@ TEST(Spawning, ANewPartComesFromAMeshFile) {
   EXPECT_EQ(there.cell->components[static_cast<std::size_t>(part)].mass, 0.25);
   EXPECT_EQ(there.cell->components[static_cast<std::size_t>(part)].hierarchy, 4);
   const auto expect_refused = [&](Arguments with, takt::ControlResult result, const char* word) {
-    Arguments arguments{{"name", "X"}, {"uri", mesh}, {"mass_kg", "1"}, {"position", "0 0 2"}};
+    Arguments arguments{{"name", "X"}, {"uri", mesh}, {"mass", "1"}, {"position", "0 0 2"}};
     for (const auto& [key, value] : with) arguments[key] = value;
     const ClientError error = refusal(client, "spawn_entity", arguments);
     EXPECT_EQ(error.result(), result) << error.what();
@@ -103,12 +103,12 @@ TEST(Spawning, ANewPartComesFromAMeshFile) {
   expect_refused({{"uri", "/nowhere.obj"}}, takt::ControlResult::no_resource, "/nowhere.obj");
   expect_refused({{"uri", service.wrong_key().string()}}, takt::ControlResult::spawn_parse_error,
                  "wrong_key.yaml");
-  expect_refused({{"mass_kg", "-1"}}, takt::ControlResult::failed, "mass_kg");
+  expect_refused({{"mass", "-1"}}, takt::ControlResult::failed, "mass");
   expect_refused({{"position", "0 0"}}, takt::ControlResult::failed, "position");
-  EXPECT_EQ(refusal(client, "spawn_entity",
-                    {{"name", "X"}, {"uri", mesh}, {"mass_kg", "1"}, {"position", "0 0 inf"}})
-                .kind(),
-            ClientError::Kind::invalid);
+  EXPECT_EQ(
+      refusal(client, "spawn_entity", {{"name", "X"}, {"uri", mesh}, {"mass", "1"}, {"position", "0 0 inf"}})
+          .kind(),
+      ClientError::Kind::invalid);
   expect_refused({{"orientation", "0 0 0 2"}}, takt::ControlResult::failed, "orientation");
   expect_refused({{"copy_of", "C"}}, takt::ControlResult::failed, "copy_of");
   EXPECT_EQ(refusal(client, "delete_entity", {{"entity", "nobody"}}).result(),
@@ -158,7 +158,7 @@ TEST(Entities, EntitiesAreListedWithTheirState) {
   HostedService service;
   Client client(client_options());
   EXPECT_EQ(client.get_entities().size(), client.cell()->components.size());
-  const Reply parts = client.request("get_entities", {{"category", "part"}});
+  const Reply parts = client.request("get_entities", {{"type", "part"}});
   expect_words(parts.message, {"2 of "});
   expect_words(parts.text("entities"), {"\"P\"", "\"C\"", "0.3"});
   EXPECT_EQ(client.get_entities("Gripper1*").size(), 3U);
@@ -167,7 +167,7 @@ TEST(Entities, EntitiesAreListedWithTheirState) {
   const Reply state = client.request("get_entity_state", {{"entity", "C"}});
   EXPECT_EQ(state.text("position"), "0.3 -0.2 0.7");
   EXPECT_EQ(state.text("orientation"), "0 0 0 1");
-  EXPECT_EQ(state.text("category"), "part");
+  EXPECT_EQ(state.text("type"), "part");
   const ClientError unknown = refusal(client, "get_entity_state", {{"entity", "nobody"}});
   EXPECT_EQ(unknown.result(), takt::ControlResult::not_found);
   expect_words(unknown.what(), {"Table1"});

@@ -52,7 +52,7 @@ double goal(const std::string& scene) {
 struct Outcome {
   HeadlessResult result;
   double end_error_m = 0.0;
-  double rest_factor = 0.0;  ///< computation ratio of the last half
+  double ratio_at_rest = 0.0;  ///< computation ratio of the last half
 };
 
 Outcome run(const Scenario& scenario, const std::shared_ptr<const CellModel>& cell, bool stage_times) {
@@ -67,7 +67,7 @@ Outcome run(const Scenario& scenario, const std::shared_ptr<const CellModel>& ce
     if (half_s == 0.0 && s.time_s() >= 0.5 * scenario.duration_s) half_s = s.time_s(), half_cpu_s = seconds();
   });
   if (scenario.duration_s > half_s)
-    outcome.rest_factor = (seconds() - half_cpu_s) / (scenario.duration_s - half_s);
+    outcome.ratio_at_rest = (seconds() - half_cpu_s) / (scenario.duration_s - half_s);
   for (const ExpectedPose& expected : scenario.expected) {
     const auto id = static_cast<std::size_t>(cell->description.find_component(expected.part));
     outcome.end_error_m = std::max(
@@ -103,11 +103,11 @@ void measure(const std::string& title, const fs::path& file, const std::vector<s
     std::printf("%-38s %-14s %9.1f %10.2f %8.1f %9.4f %9.4f %10.4f", name.c_str(), solver.name, per_call,
                 1e6 * staged.result.statistics.forces_s / evaluations,
                 elements > 0.0 ? 1e9 * staged.result.statistics.forces_s / elements : 0.0, factor,
-                timed.rest_factor, 1e3 * timed.end_error_m);
+                timed.ratio_at_rest, 1e3 * timed.end_error_m);
     if (!timed.result.fault.empty()) std::printf("  %s", timed.result.fault.c_str());
     const bool at_rest = title == "stack_of_ten";
     const bool judged = solver.overrides.empty() || &by == &solvers_of_large();
-    print_goal(at_rest ? timed.rest_factor : factor, judged ? goal(title) : 0.0);
+    print_goal(at_rest ? timed.ratio_at_rest : factor, judged ? goal(title) : 0.0);
     std::fflush(stdout);
     name.clear();
   }

@@ -308,7 +308,7 @@ TEST(Drive, InvalidParametersAreRefusedByName) {
   p.gear_ratio = 0.0;
   refused([&] { DetailedDrive{p}; }, "gear ratio");
   p = axis(1, false);
-  p.gear_stiffness_Nm_per_rad = 0.0;
+  p.gear_stiffness_N_m_per_rad = 0.0;
   refused([&] { DetailedDrive{p}; }, "stiffness");
   p = axis(1, false);
   p.friction.break_away = 0.5;

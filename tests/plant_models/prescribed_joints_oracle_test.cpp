@@ -85,7 +85,7 @@ TEST(DynamicRobot, JointsThatStickCarryConsistentForces) {
       const auto mode = static_cast<double>(drive.mode(z));
       if (mode == 0.0) {
         ++sticking;
-        EXPECT_LE(std::abs(output.drives[i].friction_torque_Nm), drive.break_away_torque() + 1e-9) << trial;
+        EXPECT_LE(std::abs(output.drives[i].friction_torque_N_m), drive.break_away_torque() + 1e-9) << trial;
         if (!r3::kAxes[j].elastic) {
           EXPECT_EQ(output.acceleration[i], 0.0);
         }

@@ -58,7 +58,7 @@ TEST_F(R3, TheRobotStartsInThePublishedState) {
   const auto output = bench_->output();
   const auto xdot = bench_->derivatives(0.0, bench_->x);
   for (int j = 0; j < 6; ++j) {
-    EXPECT_NEAR(output.drives[static_cast<size_t>(j)].friction_torque_Nm, 0.0, 1e-10) << j;
+    EXPECT_NEAR(output.drives[static_cast<size_t>(j)].friction_torque_N_m, 0.0, 1e-10) << j;
     EXPECT_NEAR(xdot[static_cast<size_t>(6 + j)], 0.0, 1e-10) << j;  // qdd
     const double* zdot = xdot.data() + robot_->drive_state(j);
     EXPECT_NEAR(zdot[State::current_controller], 0.0, 1e-7) << j;

@@ -33,7 +33,7 @@ def test_scenarios_are_exchanged(cell, config):
     assert cell.state.robots.names == cell.info.robots.names != []
     cell.unload_scenario()
     assert cell.info.scenario == ""
-    assert cell.get_state().state == takt.SimulationState.no_world
+    assert cell.get_state().state == takt.SimulationState.no_scenario
     with pytest.raises(takt.Refused) as refusal:
         cell.load_scenario("nowhere.yaml")
     assert refusal.value.result == 2
@@ -95,7 +95,7 @@ def test_a_wait_ends_with_none(cell):
 
 def test_ctrl_c_ends_the_wait_for_a_boundary(server, cell):
     """A controller waits for another that is silent; afterwards it can go on waiting."""
-    cell.register_controller("silent", 0.008, ["Robot2"], timeout_s=600)
+    cell.register_controller("silent", 0.008, ["Robot2"], timeout=600)
     with server.client() as watcher, cell.lockstep(["Robot1"], 0.008, timeout=600) as controller:
 
         def interrupt_once_it_waits():
@@ -119,7 +119,7 @@ def test_ctrl_c_ends_the_wait_for_a_boundary(server, cell):
 def test_ctrl_c_ends_each_wait(server, cell, ask):
     """In lockstep a step waits for the controllers that are registered; this one sends nothing."""
     cell.set_pace(takt.Pace.lockstep)
-    cell.register_controller("silent", 0.008, ["Robot1"], timeout_s=600)
+    cell.register_controller("silent", 0.008, ["Robot1"], timeout=600)
     with server.client() as watcher:
         seen = set()
 
@@ -199,7 +199,7 @@ def test_command_line_speaks_json(server, cell):
     assert (code, json.loads(text)["values"]["step"]) == (0, 7)
     code, text = takt_command(server, "state")
     assert (code, json.loads(text)["step"]) == (0, 7)
-    code, text = takt_command(server, "entities", "P", "--category", "part")
+    code, text = takt_command(server, "entities", "P", "--type", "part")
     assert (code, [e["name"] for e in json.loads(text)]) == (0, ["P"])
     code, text = takt_command(server, "explain", "Q")
     assert (code, json.loads(text)["kind"], json.loads(text)["result"]) == (1, "refused", 2)

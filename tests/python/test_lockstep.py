@@ -100,7 +100,7 @@ def test_whole_assembly_by_its_controller_program(config, tmp_path):
 
 def test_efforts_stand_until_the_next_motion(config):
     """At level of detail 2 they are added to what the drives do: 100 N m push the shoulder forward."""
-    with takt.Server(config / "scenarios" / "block_assembly.yaml", lod=2) as server, server.client() as cell:
+    with takt.Server(config / "scenarios" / "block_assembly.yaml", level_of_detail=2) as server, server.client() as cell:
         def hold(efforts, every_period):
             with cell.lockstep(["Robot1"], PERIOD_S) as controller:
                 robot = controller.state.robot("Robot1")

@@ -45,9 +45,9 @@ TEST_F(Hosted, AHostWithoutAScenarioAnswersGeneralRequests) {
   expect_reply(request("spawn_entity", {{"name", "X"}, {"copy_of", "A"}, {"position", "9 9 9"}}),
                Result::incorrect_state, "The server is loading its first scenario");
   expect_reply(request("reset"), Result::incorrect_state, "A scenario is being loaded; ask again");
-  EXPECT_EQ(value_of(request("get_state"), "state"), to_string(SimulationState::loading_world));
+  EXPECT_EQ(value_of(request("get_state"), "state"), to_string(SimulationState::loading_scenario));
   host_->open_empty();
-  EXPECT_EQ(value_of(request("get_state"), "state"), to_string(SimulationState::no_world));
+  EXPECT_EQ(value_of(request("get_state"), "state"), to_string(SimulationState::no_scenario));
   ASSERT_TRUE(host_->idle_status().has_value());
   EXPECT_EQ(host_->idle_status()->pace, Pace::free);
   EXPECT_EQ(host_->loop(), nullptr);
@@ -61,8 +61,8 @@ TEST_F(Hosted, AHostWithoutAScenarioAnswersGeneralRequests) {
                Result::incorrect_state, nothing_loaded);
   expect_reply(request("delete_entity", {{"entity", "A"}}), Result::incorrect_state, nothing_loaded);
   expect_reply(request("watch_pressures", {{"pairs", "*"}}), Result::incorrect_state, nothing_loaded);
-  expect_reply(request("unload_scenario"), Result::no_world_loaded, "No scenario is loaded.");
-  expect_reply(request("reload_scenario"), Result::no_world_loaded, "none to load again");
+  expect_reply(request("unload_scenario"), Result::no_scenario_loaded, "No scenario is loaded.");
+  expect_reply(request("reload_scenario"), Result::no_scenario_loaded, "none to load again");
   expect_reply(request("set_state", {{"state", "3"}}), Result::ok, "The server ends.");
   EXPECT_EQ(quits_.load(), 1);
 }
@@ -131,7 +131,7 @@ TEST_F(Hosted, ACellWithoutAFileIsNeitherChangedNorReloaded) {
   expect_reply(request("spawn_entity", {{"name", "X"}, {"copy_of", "A"}, {"position", "9 9 9"}}),
                Result::incorrect_state, no_file);
   expect_reply(request("delete_entity", {{"entity", "A"}}), Result::incorrect_state, no_file);
-  expect_reply(request("reload_scenario"), Result::no_world_loaded, "loaded from a file");
+  expect_reply(request("reload_scenario"), Result::no_scenario_loaded, "loaded from a file");
   // The recording notes it, and its replay needs the scenario as an argument.
   ASSERT_EQ(request("start_recording", {{"name", "r"}}).result, Result::ok);
   ASSERT_EQ(request("stop_recording").result, Result::ok);
@@ -153,11 +153,11 @@ TEST_F(Hosted, PartsComeAndGoOnlyInAStoppedCell) {
                "only while the simulation is stopped (set_state stopped, which resets it); it is paused.");
   ASSERT_EQ(request("set_state", {{"state", "0"}}).result, Result::ok);
   directory_.write("bad.obj", "v 0 0 0\nv 1 0 0\nf 1 2\n");
-  expect_reply(request("spawn_entity", {{"name", "X"},
-                                        {"uri", (directory_ / "bad.obj").string()},
-                                        {"mass_kg", "1"},
-                                        {"position", "9 9 9"}}),
-               Result::spawn_parse_error, "bad.obj");
+  expect_reply(
+      request(
+          "spawn_entity",
+          {{"name", "X"}, {"uri", (directory_ / "bad.obj").string()}, {"mass", "1"}, {"position", "9 9 9"}}),
+      Result::spawn_parse_error, "bad.obj");
   const ControlReply spawned =
       request("spawn_entity", {{"name", "X"}, {"copy_of", "A"}, {"position", "9 9 9"}});
   expect_reply(spawned, Result::ok, "X is there now.");

@@ -57,22 +57,25 @@ TEST_F(ControlTest, RequestsAreRead) {
   EXPECT_EQ(pace.factor, 2.5);
   const auto controller = action<requests::RegisterController>(
       "register_controller",
-      {{"name", "plc"}, {"period_s", "0.008"}, {"timeout_s", "3"}, {"targets", "Gripper1, Robot1"}});
-  EXPECT_EQ(controller.period_s, 0.008);
-  EXPECT_EQ(controller.timeout_s, 3.0);
+      {{"name", "plc"}, {"period", "0.008"}, {"timeout", "3"}, {"targets", "Gripper1, Robot1"}});
+  EXPECT_EQ(controller.period, 0.008);
+  EXPECT_EQ(controller.timeout, 3.0);
   EXPECT_EQ(controller.targets, (std::vector<std::string>{"Gripper1", "Robot1"}));
   EXPECT_EQ(action<requests::ExplainPart>("explain_part", {{"part", "Table"}}).part, "Table");
-  const auto all = action<requests::SetLevelOfDetail>("set_level_of_detail", {{"level", "2"}});
+  const auto all = action<requests::SetLevelOfDetail>("set_level_of_detail", {{"level_of_detail", "2"}});
   EXPECT_EQ(all.process, "all");
-  EXPECT_EQ(all.level, 2);
-  EXPECT_EQ(action<requests::SetLevelOfDetail>("set_level_of_detail", {{"level", "3"}}).level, 3);
+  EXPECT_EQ(all.level_of_detail, 2);
   EXPECT_EQ(
-      action<requests::SetLevelOfDetail>("set_level_of_detail", {{"level", "1"}, {"process", "all"}}).process,
-      "all");
-  EXPECT_EQ(
-      action<requests::SetLevelOfDetail>("set_level_of_detail", {{"level", "1"}, {"process", "packing"}})
-          .process,
-      "packing");
+      action<requests::SetLevelOfDetail>("set_level_of_detail", {{"level_of_detail", "3"}}).level_of_detail,
+      3);
+  EXPECT_EQ(action<requests::SetLevelOfDetail>("set_level_of_detail",
+                                               {{"level_of_detail", "1"}, {"process", "all"}})
+                .process,
+            "all");
+  EXPECT_EQ(action<requests::SetLevelOfDetail>("set_level_of_detail",
+                                               {{"level_of_detail", "1"}, {"process", "packing"}})
+                .process,
+            "packing");
   for (const int scope : {0, 1, 2, 3, 4, 5, 255})
     EXPECT_EQ(action<requests::Reset>("reset", {{"scope", std::to_string(scope)}}).scope, scope);
 }
@@ -101,14 +104,14 @@ TEST_F(ControlTest, InvalidArgumentsAreNamedWithTheAllowedOnes) {
   }
   expect_failure("reset", {{"scope", "8"}}, "'scope' is '8'");
   const Refusal unknown =
-      refusal("register_controller", {{"name", "a"}, {"period_s", "0.008"}, {"targets", "Robot1,Robot9"}});
+      refusal("register_controller", {{"name", "a"}, {"period", "0.008"}, {"targets", "Robot1,Robot9"}});
   EXPECT_EQ(unknown.result, ControlResult::not_found);
   EXPECT_EQ(unknown.message,
             "There is no target 'Robot9' in this cell; it has Robot1, Gripper1. Did you mean 'Robot1'?");
-  expect_failure("register_controller", {{"name", "a"}, {"period_s", "0.008"}}, "'targets'");
-  expect_failure("register_controller", {{"name", "a"}, {"period_s", "-0.0005"}, {"targets", "Robot1"}},
-                 "'period_s'");
-  expect_failure("register_controller", {{"period_s", "0.008"}, {"targets", "Robot1"}}, "'name'");
+  expect_failure("register_controller", {{"name", "a"}, {"period", "0.008"}}, "'targets'");
+  expect_failure("register_controller", {{"name", "a"}, {"period", "-0.0005"}, {"targets", "Robot1"}},
+                 "'period'");
+  expect_failure("register_controller", {{"period", "0.008"}, {"targets", "Robot1"}}, "'name'");
 }
 
 TEST_F(ControlTest, ANameThatIsNearlyRightIsSuggested) {
@@ -128,12 +131,12 @@ TEST_F(ControlTest, AnUnknownPartIsNotFound) {
 
 TEST_F(ControlTest, LevelsOfDetailAreChecked) {
   for (const char* level : {"0", "4", "-1", "1.5", "two", ""})
-    expect_failure("set_level_of_detail", {{"level", level}}, "'level'");
+    expect_failure("set_level_of_detail", {{"level_of_detail", level}}, "'level_of_detail'");
   expect_failure("set_level_of_detail", {{"process", "assembly"}},
-                 "needs the argument 'level', a whole number from 1 to 3");
-  expect_failure("set_level_of_detail", {{"level", "2"}, {"robot", "Robot1"}},
+                 "needs the argument 'level_of_detail', a whole number from 1 to 3");
+  expect_failure("set_level_of_detail", {{"level_of_detail", "2"}, {"robot", "Robot1"}},
                  "no argument 'robot'; it takes level, process");
-  const Refusal reply = refusal("set_level_of_detail", {{"level", "2"}, {"process", "welding"}});
+  const Refusal reply = refusal("set_level_of_detail", {{"level_of_detail", "2"}, {"process", "welding"}});
   EXPECT_EQ(reply.result, ControlResult::not_found);
   EXPECT_EQ(reply.message, "There is no process 'welding' in this cell; it has all, assembly, packing.");
   EXPECT_EQ(features().levels_of_detail, (std::vector<std::int32_t>{1, 2, 3}));

@@ -99,7 +99,7 @@ TEST_F(PacerTest, ALargeLagMovesTheScheduleOnce) {
   pacer_.anchor(0.001, 1.0);
   pacer_.wait(test::kMillisecond_ns);
   clock_.now += 200 * test::kMillisecond_ns;
-  EXPECT_EQ(pacer_.wait(test::kMillisecond_ns), Pacer::Result::rebased);
+  EXPECT_EQ(pacer_.wait(test::kMillisecond_ns), Pacer::Result::schedule_reset);
   EXPECT_EQ(pacer_.figures().lag_ns, 199 * test::kMillisecond_ns);
   EXPECT_EQ(pacer_.wait(test::kMillisecond_ns), Pacer::Result::due);
   EXPECT_EQ(clock_.now, begin_ + 201 * test::kMillisecond_ns);

@@ -108,7 +108,7 @@ std::uint64_t random_run(const std::shared_ptr<const CellModel>& model, LogRecor
         if (below(4) == 0) reader.request("reset");
         break;
       case 4:
-        reader.request("set_level_of_detail", {{"level", below(2) == 0 ? "1" : "2"}});
+        reader.request("set_level_of_detail", {{"level_of_detail", below(2) == 0 ? "1" : "2"}});
         break;
       case 5:
         EXPECT_TRUE(loop.between_steps([&] { EXPECT_EQ(loop.saver().save(saved), ""); }));

@@ -51,7 +51,7 @@ TEST(RunLoopLevel, ChangesAreReportedAndAResetKeepsTheLevel) {
   RunLoop loop(simulation, paused());
   LoopReader reader(loop);
   loop.start();
-  const ControlReply changed = reader.request("set_level_of_detail", {{"level", "2"}});
+  const ControlReply changed = reader.request("set_level_of_detail", {{"level_of_detail", "2"}});
   ASSERT_EQ(changed.result, ControlResult::ok) << changed.message;
   EXPECT_EQ(changed.message, "The level of detail of all processes is now 2.");
   const auto event = reader.wait_for_event("level_of_detail_changed");
@@ -79,7 +79,7 @@ TEST(RunLoopLevel, ARobotWithoutInertiaKeepsItsLevelAndTheReasonIsReported) {
   RunLoop loop(simulation, paused());
   LoopReader reader(loop);
   loop.start();
-  const ControlReply refused = reader.request("set_level_of_detail", {{"level", "2"}});
+  const ControlReply refused = reader.request("set_level_of_detail", {{"level_of_detail", "2"}});
   EXPECT_EQ(refused.result, ControlResult::failed);
   EXPECT_EQ(refused.message,
             "The level of detail stays as it is: Robot2 can only be kinematic: the link 'forearm_link' has "
@@ -95,7 +95,7 @@ TEST(RunLoopLevel, SurfaceContactNeedsItsSection) {
   RunLoop loop(simulation, paused());
   LoopReader reader(loop);
   loop.start();
-  const ControlReply refused = reader.request("set_level_of_detail", {{"level", "3"}});
+  const ControlReply refused = reader.request("set_level_of_detail", {{"level_of_detail", "3"}});
   EXPECT_EQ(refused.result, ControlResult::failed);
   EXPECT_EQ(refused.message,
             "The level of detail stays as it is: surface contact was not prepared: the scenario has no "
@@ -110,7 +110,7 @@ TEST(RunLoopLevel, ContactsArePublishedAtLevelThree) {
   RunLoop loop(simulation, paused());
   LoopReader reader(loop);
   loop.start();
-  const ControlReply changed = reader.request("set_level_of_detail", {{"level", "3"}});
+  const ControlReply changed = reader.request("set_level_of_detail", {{"level_of_detail", "3"}});
   ASSERT_EQ(changed.result, ControlResult::ok) << changed.message;
   ASSERT_EQ(reader.request("step", {{"steps", "300"}}).result, ControlResult::ok);
   ASSERT_TRUE(reader.wait_until([&] { return reader.snapshot && reader.snapshot->step == 300; }));
@@ -146,7 +146,7 @@ TEST(RunLoopLevel, ADivergingPlantPausesTheLoopAndOnlyFiniteNumbersArePublished)
   RunLoop loop(simulation, options);
   LoopReader reader(loop);
   loop.start();
-  ASSERT_EQ(reader.request("set_level_of_detail", {{"level", "2"}}).result, ControlResult::ok);
+  ASSERT_EQ(reader.request("set_level_of_detail", {{"level_of_detail", "2"}}).result, ControlResult::ok);
   JointCommand command = test::swing(0, 0.5);
   command.stamp = {};
   command.velocity = {};

@@ -135,7 +135,7 @@ TEST_F(RunLoopTest, RequestsThatCannotBeExecutedChangeNothing) {
   EXPECT_NE(refused("set_entity_state", {{"entity", "P"}}).find("a position, an orientation"),
             std::string::npos);
   const auto plc = [&](const char* period, const char* targets) {
-    return refused("register_controller", {{"name", "a"}, {"period_s", period}, {"targets", targets}});
+    return refused("register_controller", {{"name", "a"}, {"period", period}, {"targets", targets}});
   };
   EXPECT_NE(plc("0.0005", "Robot1").find("a period of 0.001"), std::string::npos);
   EXPECT_NE(plc("0.008", "").find("has a target at least"), std::string::npos);
@@ -204,7 +204,7 @@ TEST_F(RunLoopTest, LockstepGivesTheBitsOfDirectSteps) {
     start({.pace = Pace::lockstep, .state = SimulationState::paused, .pause_at_s = 0.4});
     expect_ok(
         reader_->request("register_controller",
-                         {{"name", "plc"}, {"period_s", "0.008"}, {"targets", "Robot1,Robot2,Gripper1"}}));
+                         {{"name", "plc"}, {"period", "0.008"}, {"targets", "Robot1,Robot2,Gripper1"}}));
     expect_ok(reader_->request("set_state", {{"state", "1"}}));
     answer_boundaries(*loop_, *reader_, kSteps, 0.008, 2, true, reverse);
     ASSERT_TRUE(reader_->wait_for_event("end_of_scenario"));
@@ -218,7 +218,7 @@ TEST_F(RunLoopTest, LockstepKeepsAPeriodThatIsNoMultipleOfTheStep) {
   constexpr std::uint64_t kSteps = 100;
   start({.pace = Pace::lockstep, .state = SimulationState::paused, .pause_at_s = 0.1});
   expect_ok(reader_->request("register_controller",
-                             {{"name", "plc"}, {"period_s", "0.0025"}, {"targets", "Robot1"}}));
+                             {{"name", "plc"}, {"period", "0.0025"}, {"targets", "Robot1"}}));
   expect_ok(reader_->request("set_state", {{"state", "1"}}));
   answer_boundaries(*loop_, *reader_, kSteps, 0.0025, 1, false, false);
   ASSERT_TRUE(reader_->wait_for_event("end_of_scenario"));
@@ -230,7 +230,7 @@ TEST_F(RunLoopTest, LockstepWaitsForEveryTargetAndThenPauses) {
   start({.pace = Pace::lockstep, .state = SimulationState::paused});
   expect_ok(reader_->request(
       "register_controller",
-      {{"name", "plc"}, {"period_s", "0.008"}, {"timeout_s", "1.2"}, {"targets", "Robot1,Gripper1"}}));
+      {{"name", "plc"}, {"period", "0.008"}, {"timeout", "1.2"}, {"targets", "Robot1,Gripper1"}}));
   expect_ok(reader_->request("set_state", {{"state", "1"}}));
   EXPECT_FALSE(loop_->append(swing(0, 0.0), 1, monotonic_now_ns()));
   ASSERT_TRUE(reader_->wait_until([&] {
@@ -252,10 +252,9 @@ TEST_F(RunLoopTest, LockstepWaitsForEveryTargetAndThenPauses) {
 TEST_F(RunLoopTest, EachOfSeveralLateControllersIsNamed) {
   start({.pace = Pace::lockstep, .state = SimulationState::paused});
   for (const char* robot : {"Robot1", "Robot2"})
-    expect_ok(reader_->request("register_controller", {{"name", std::string("of_") + robot},
-                                                       {"period_s", "0.008"},
-                                                       {"timeout_s", "1.2"},
-                                                       {"targets", robot}}));
+    expect_ok(reader_->request(
+        "register_controller",
+        {{"name", std::string("of_") + robot}, {"period", "0.008"}, {"timeout", "1.2"}, {"targets", robot}}));
   expect_ok(reader_->request("set_state", {{"state", "1"}}));
   const auto named = [&](std::string_view code) {
     std::set<std::string> names;
@@ -298,8 +297,8 @@ TEST_F(RunLoopTest, LockstepWithoutAControllerWaitsAndReportsIt) {
 
 TEST_F(RunLoopTest, LockstepRefusesOtherStampsAndOtherTargets) {
   start({.pace = Pace::lockstep, .state = SimulationState::paused});
-  expect_ok(reader_->request("register_controller",
-                             {{"name", "plc"}, {"period_s", "0.008"}, {"targets", "Robot1"}}));
+  expect_ok(
+      reader_->request("register_controller", {{"name", "plc"}, {"period", "0.008"}, {"targets", "Robot1"}}));
   expect_ok(reader_->request("set_state", {{"state", "1"}}));
   EXPECT_FALSE(loop_->append(swing(0, 0.016), 1, monotonic_now_ns()));  // not awaited yet
   EXPECT_FALSE(loop_->append(swing(1, 0.0), 1, monotonic_now_ns()));    // no controller declared Robot2
@@ -326,11 +325,11 @@ TEST_F(RunLoopTest, LockstepRefusesOtherStampsAndOtherTargets) {
 
 TEST_F(RunLoopTest, OneTargetHasOneController) {
   start({.pace = Pace::free, .state = SimulationState::paused});
-  const test::TextArguments first{{"name", "a"}, {"period_s", "0.008"}, {"targets", "Robot1"}};
+  const test::TextArguments first{{"name", "a"}, {"period", "0.008"}, {"targets", "Robot1"}};
   expect_ok(reader_->request("register_controller", first));
   expect_ok(reader_->request("register_controller", first));  // the same one again
   const ControlReply second =
-      reader_->request("register_controller", {{"name", "b"}, {"period_s", "0.008"}, {"targets", "Robot1"}});
+      reader_->request("register_controller", {{"name", "b"}, {"period", "0.008"}, {"targets", "Robot1"}});
   EXPECT_EQ(second.result, ControlResult::failed);
   EXPECT_NE(second.message.find("already declared by the controller 'a'"), std::string::npos)
       << second.message;

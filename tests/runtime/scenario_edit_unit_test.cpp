@@ -89,14 +89,14 @@ TEST(ScenarioChanges, NamesAreUniqueAmongAllComponents) {
   requests::SpawnEntity lacking{.name = "X"};
   expect_words_in(refusal_of_change(lacking).message, "either 'uri', a mesh file, or 'copy_of'");
   lacking.uri = "no/such/mesh.obj";
-  expect_words_in(refusal_of_change(lacking).message, "needs the argument 'mass_kg'");
-  lacking.mass_kg = 1.0;
+  expect_words_in(refusal_of_change(lacking).message, "needs the argument 'mass'");
+  lacking.mass = 1.0;
   EXPECT_EQ(refusal_of_change(lacking).result, ControlResult::no_resource);
 }
 
 TEST(ScenarioChanges, ACopyKeepsTheProcessAndScalesTheMass) {
   requests::SpawnEntity request = copy_of("A", "X");
-  request.mass_kg = 6.0;
+  request.mass = 6.0;
   request.hierarchy = 7;
   const auto result = std::get<ChangedScenario>(changed(one_of_each(), request));
   const ScenarioPart& part = result.scenario.parts.back();
@@ -108,7 +108,7 @@ TEST(ScenarioChanges, ACopyKeepsTheProcessAndScalesTheMass) {
   EXPECT_NE(part.device("heat"), nullptr);
   EXPECT_EQ(result.scenario.processes[0].members, std::vector<std::string>{"B"});
   EXPECT_EQ(result.scenario.processes[1].members, (std::vector<std::string>{"A", "X"}));
-  request.mass_kg.reset();
+  request.mass.reset();
   const auto as_heavy = std::get<ChangedScenario>(changed(one_of_each(), request));
   EXPECT_EQ((*as_heavy.scenario.parts.back().inertia_kg_m2)(0, 0), 1.0);
 }
@@ -162,7 +162,7 @@ TEST(EntityRequests, MissingArgumentsAreReported) {
     const char* words;
   };
   const Row rows[] = {
-      {"get_entities", {{"category", "robot"}}, ControlResult::failed, "part, gripper or ground"},
+      {"get_entities", {{"type", "robot"}}, ControlResult::failed, "part, gripper or ground"},
       {"get_entity_state", {}, ControlResult::failed, "'entity'"},
       {"get_entity_state", {{"entity", "Q"}}, ControlResult::not_found, "Q"},
       {"set_entity_state", {{"position", "1 2 3"}}, ControlResult::failed, "'entity'"},
@@ -202,8 +202,8 @@ TEST(EntityRequests, EachFieldOfAStateIsSetAlone) {
   EXPECT_FALSE(turning.position || turning.orientation || turning.linear_velocity);
   for (const ComponentType category : {ComponentType::part, ComponentType::gripper, ComponentType::ground}) {
     const auto parsed =
-        parse(test::text_request(5, "get_entities", {{"category", std::string(to_string(category))}}), &cell);
-    EXPECT_EQ(std::get<requests::GetEntities>(std::get<requests::Any>(parsed)).category, category);
+        parse(test::text_request(5, "get_entities", {{"type", std::string(to_string(category))}}), &cell);
+    EXPECT_EQ(std::get<requests::GetEntities>(std::get<requests::Any>(parsed)).type, category);
   }
 }
 

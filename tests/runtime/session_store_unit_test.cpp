@@ -22,7 +22,7 @@ TEST(SessionStore, ASessionIsReadBackUnchanged) {
   session.source = ScenarioSource{"/a/b.yaml", {{"solver.step_s=0.002", "x=[1, 2]"}, 2}};
   session.changes = {
       requests::DeleteEntity{"P"},
-      requests::SpawnEntity{.name = "Q, R", .copy_of = "C", .mass_kg = 0.1, .position = {0, 1.0 / 3, 1}}};
+      requests::SpawnEntity{.name = "Q, R", .copy_of = "C", .mass = 0.1, .position = {0, 1.0 / 3, 1}}};
   session.state = SimulationState::paused;
   session.pace = Pace::lockstep;
   session.factor = 0.1;

@@ -60,7 +60,7 @@ TEST(ScenarioDevices, FurnacesAreRead) {
 
 TEST(ScenarioDevices, MistakesInScrewJointsAreReported) {
   const std::string driver =
-      "screwdrivers:\n  Driver: {gripper: Hand, max_speed_rad_per_s: 60, max_torque_Nm: 4}\n";
+      "screwdrivers:\n  Driver: {gripper: Hand, max_speed_rad_per_s: 60, max_torque_N_m: 4}\n";
   const std::string answer = scenario_error_of(driver);
   EXPECT_THAT(answer, HasSubstr("cell.yaml:4"));
   EXPECT_THAT(answer, HasSubstr("screwdrivers.Driver.gripper: found 'Hand'"));

@@ -46,7 +46,7 @@ parts:
     inertia_kg_m2: [0.01, 0.01, 0.01, 0, 0, 0]
     holding_spring: {allowed_position_error_m: 0.0002, damping_ratio: 0.9, rotational_stiffness_N_m_per_rad: 100, rotational_damping_N_m_s_per_rad: 10}
     heat: {specific_heat_J_per_kg_K: 500, temperature_degC: 30, emissivity: 0.5, surface_m2: 0.02, cooling_W_per_m2_K: 3}
-    thread: {in: Plain, pitch_m: 0.001, length_m: 0.01, driving_torque_Nm: 1, axis: [0, 0.1, 1], head_m: [0, 0, 0.01], stiffness_N_per_m: 2.0e+6}
+    thread: {in: Plain, pitch_m: 0.001, length_m: 0.01, driving_torque_N_m: 1, axis: [0, 0.1, 1], head_m: [0, 0, 0.01], stiffness_N_per_m: 2.0e+6}
 grounds:
   Floor: {mesh: cube.obj, mesh_scale: 2, pose: {position_m: [0, 0, -1], rpy_rad: [0, 0, 0.1]}}
 robots:
@@ -72,10 +72,10 @@ furnaces:
   Oven: {ground: Floor, chamber: {center: {position_m: [0, 0, 0.4]}, size_m: [1, 1, 1], inner_surface_m2: 5, outer_surface_m2: 6, air_capacity_J_per_K: 400},
     mass_kg: 200, specific_heat_J_per_kg_K: 900, convection_W_per_m2_K: 15, loss_W_per_m2_K: 0.8, max_set_temperature_degC: 400,
     set_temperature_degC: 300, temperature_degC: 290, control: {gain_W_per_K: 2000, integral_time_s: 600, max_power_W: 9000}}
-screwdrivers: {Driver: {gripper: G, max_speed_rad_per_s: 60, max_torque_Nm: 4, reach_m: 0.02}}
+screwdrivers: {Driver: {gripper: G, max_speed_rad_per_s: 60, max_torque_N_m: 4, reach_m: 0.02}}
 processes: {all: {level_of_detail: 1, members: all}}
 contact:
-  defaults: {youngs_modulus_Pa: 1.0e+6, poisson_ratio: 0.3, layer_depth_m: 0.001, areal_damping_Ns_per_m3: 2.0e+5, damping_depth_m: 3.0e-6, friction: 0.3,
+  defaults: {youngs_modulus_Pa: 1.0e+6, poisson_ratio: 0.3, layer_depth_m: 0.001, areal_damping_N_s_per_m3: 2.0e+5, damping_depth_m: 3.0e-6, friction: 0.3,
     friction_velocity_m_per_s: 0.002, tangential_stiffness_ratio: 0.7, tangential_damping_ratio: 0.6, friction_law: stick}
   grippers: {friction: 0.9}
   element_edge_m: 0.05

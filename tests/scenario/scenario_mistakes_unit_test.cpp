@@ -200,7 +200,7 @@ TEST(ScenarioMistakes, MistakesInContactPairsAreNamed) {
 TEST(ScenarioMistakes, MistakesInDevicesAreNamed) {
   const std::string furnace = "furnaces:\n  Oven: {ground: Floor}\n";
   const std::string ground = "grounds:\n  Base: {mesh: a.obj}\n  Wall: {mesh: a.obj}\n";
-  const std::string thread = "pitch_m: 1e-3, length_m: 0.01, driving_torque_Nm: 1";
+  const std::string thread = "pitch_m: 1e-3, length_m: 0.01, driving_torque_N_m: 1";
   const auto screw = [&thread](const std::string& in, const std::string& more = "") {
     return part_with("thread: {in: " + in + ", " + thread + more + "}");
   };
@@ -293,7 +293,7 @@ TEST(ScenarioChoices, ChoicesOfDrivesAreRead) {
       scenario_of(
           one_robot("safe_action: stop, command_deadline_s: 0.1, max_acceleration_rad_per_s2: [1, 2]"))
           .robots.at(0);
-  EXPECT_TRUE(stops.deadline.stops);
+  EXPECT_EQ(stops.deadline.safe_action, SafeAction::stop);
   EXPECT_EQ(stops.deadline.max_acceleration_rad_per_s2.values, (std::vector<double>{1, 2}));
 }
 

@@ -75,7 +75,7 @@ TEST_F(CommandDeadline, HoldKeepsTheLastSetPointAndIsReported) {
   ASSERT_EQ(records.size(), 1U);
   const EventText text = describe(records[0], model_->description);
   EXPECT_EQ(text.subject, "Robot1");
-  EXPECT_THAT(text.message, ::testing::HasSubstr("It holds the last set-point"));
+  EXPECT_THAT(text.message, ::testing::HasSubstr("Its safe action follows: hold"));
   const double there = q();
   for (int i = 0; i < 100; ++i) step();
   EXPECT_EQ(q(), there);

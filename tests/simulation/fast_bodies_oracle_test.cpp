@@ -135,7 +135,7 @@ TEST(FastBodies, ABodyThatNoLayerHoldsIsAFaultThatNamesIt) {
 TEST(FastBodies, NoBodyBouncesHigherThanItFell) {
   // Meshes of the library, dropped at random from up to 60 mm upon a plate, without damping and friction or
   // with the defaults.
-  const char* const laws[] = {"{defaults: {friction: 0, areal_damping_Ns_per_m3: 0}}",
+  const char* const laws[] = {"{defaults: {friction: 0, areal_damping_N_s_per_m3: 0}}",
                               "{defaults: {friction: 0.3}}"};
   const char* const names[] = {"block", "peg_100um", "slab", "press_peg", "bush", "sphere"};
   Random random(3);

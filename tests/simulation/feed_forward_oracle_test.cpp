@@ -134,7 +134,7 @@ TEST(FeedForward, TorqueIsAddedBeforeTheLimit) {
     EXPECT_EQ(drive.output(wanted, 0.1, 0.0, &x).torque, limited);
     drive.derivatives(wanted, 0.1, 0.0, &x, &rate);
     EXPECT_NEAR(rate, (limited - torque) / (2.0 * p.speed_gain_per_s), 1e-15);
-    EXPECT_EQ(drive.sample(wanted, 0.1, 0.0, 0.0, &x).motor_torque_Nm, limited);
+    EXPECT_EQ(drive.sample(wanted, 0.1, 0.0, 0.0, &x).motor_torque_N_m, limited);
   }
 }
 
@@ -150,7 +150,7 @@ TEST(FeedForward, TheMotorCurrentChangesByTorqueOverRatioAndConstant) {
     std::array<double, DriveJacobian::kMaxStates> z{}, before{}, after{};
     drive.initial_state(still, 0.0, z.data());
     EXPECT_EQ(z[DetailedDrive::current], 0.0);
-    const double ratio = p.gear_ratio * p.motor_constant_Nm_per_A;
+    const double ratio = p.gear_ratio * p.motor_constant_N_m_per_A;
     // The set-point jumps at once: i_ref enters the current controller with w R / (2 g D).
     drive.derivatives(still, 0.3, 0.0, z.data(), before.data());
     drive.derivatives(pushed, 0.3, 0.0, z.data(), after.data());
@@ -167,7 +167,7 @@ TEST(FeedForward, TheMotorCurrentChangesByTorqueOverRatioAndConstant) {
         z[static_cast<std::size_t>(i)] += h * after[static_cast<std::size_t>(i)];
     }
     EXPECT_NEAR(z[DetailedDrive::current], torque / ratio, 1e-9);
-    EXPECT_NEAR(drive.sample(pushed, 0.3, 0.0, 0.0, z.data()).motor_torque_Nm * p.gear_ratio, torque, 1e-6);
+    EXPECT_NEAR(drive.sample(pushed, 0.3, 0.0, 0.0, z.data()).motor_torque_N_m * p.gear_ratio, torque, 1e-6);
     backward += p.gear_ratio < 0.0 ? 1 : 0;
   }
   EXPECT_GT(backward, 0);

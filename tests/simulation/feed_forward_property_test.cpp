@@ -15,7 +15,7 @@ namespace {
 
 StepCommands pushing_commands(const CellDescription& cell, std::size_t steps, bool with_efforts) {
   std::mt19937 dice(17);
-  const auto torque_Nm = [&] { return static_cast<double>(dice() % 21) - 10.0; };
+  const auto torque_N_m = [&] { return static_cast<double>(dice() % 21) - 10.0; };
   StepCommands commands(steps);
   for (std::size_t i = 0; i < steps; i += 8) {
     const int robot = static_cast<int>(dice() % 2);
@@ -27,7 +27,7 @@ StepCommands pushing_commands(const CellDescription& cell, std::size_t steps, bo
         point.t = t;
         point.q = swing(robot, 0.5 * t).position;
         for (std::size_t j = 0; j < cell.robots[0].arm.joints.size(); ++j)
-          point.feed_forward[j] = torque_Nm();
+          point.feed_forward[j] = torque_N_m();
         if (!with_efforts || !path->has_feed_forward) point.feed_forward = {};
       }
       commands[i].emplace_back(TrajectoryCommand{robot, {}, path});
@@ -36,7 +36,7 @@ StepCommands pushing_commands(const CellDescription& cell, std::size_t steps, bo
     JointCommand command = swing(robot, 1e-3 * static_cast<double>(dice() % 20));
     command.stamp = {};
     command.has_effort = dice() % 3 != 0;
-    for (std::size_t j = 0; j < cell.robots[0].arm.joints.size(); ++j) command.effort[j] = torque_Nm();
+    for (std::size_t j = 0; j < cell.robots[0].arm.joints.size(); ++j) command.effort[j] = torque_N_m();
     if (!with_efforts || !command.has_effort) command.effort = {};
     command.has_effort = command.has_effort && with_efforts;
     commands[i].emplace_back(command);

@@ -13,7 +13,7 @@
 namespace takt {
 namespace {
 
-constexpr double kTorque_Nm = 40.0;
+constexpr double kTorque_N_m = 40.0;
 constexpr double kStep_s = 0.001;
 
 JointArray at_rest() {
@@ -31,18 +31,18 @@ JointCommand still() {
 JointCommand pushed() {
   JointCommand command = still();
   command.has_effort = true;
-  command.effort[0] = kTorque_Nm;
+  command.effort[0] = kTorque_N_m;
   return command;
 }
 /// Stands still for a second; torques of the vertical axis at its points, or no torques.
-TrajectoryCommand standing(std::vector<double> torques_Nm, double stamp_s = -1.0) {
+TrajectoryCommand standing(std::vector<double> torques_N_m, double stamp_s = -1.0) {
   auto path = std::make_shared<JointPath>();
-  path->has_feed_forward = !torques_Nm.empty();
+  path->has_feed_forward = !torques_N_m.empty();
   for (const double t : {0.5, 1.0}) {
     JointPathPoint& point = path->points.emplace_back();
     point.t = t;
     point.q = at_rest();
-    if (path->has_feed_forward) point.feed_forward[0] = torques_Nm[t < 0.75 ? 0 : 1];
+    if (path->has_feed_forward) point.feed_forward[0] = torques_N_m[t < 0.75 ? 0 : 1];
   }
   return {0, SimTime::from_seconds(stamp_s), path};
 }
@@ -61,15 +61,15 @@ class HeldFeedForward : public ::testing::Test {
   /// Until the controller has compensated the feed-forward.
   void settle() {
     for (int i = 0; i < 1500; ++i) step();
-    EXPECT_NEAR(torque_Nm(), 0.0, 1e-6);
+    EXPECT_NEAR(torque_N_m(), 0.0, 1e-6);
     EXPECT_NEAR(simulation_->make_snapshot().robots[0].position[0], 0.0, 1e-9);
   }
-  double torque_Nm() const { return simulation_->make_snapshot().robots[0].effort[0]; }
+  double torque_N_m() const { return simulation_->make_snapshot().robots[0].effort[0]; }
   /// The compensation of the controller remains at once; the speed controller removes some of it within the
   /// step, and the rotor takes its share.
-  void expect_gone(double held_Nm = kTorque_Nm) {
-    EXPECT_LT(torque_Nm(), -0.3 * held_Nm);
-    EXPECT_GT(torque_Nm(), -held_Nm);
+  void expect_gone(double held_N_m = kTorque_N_m) {
+    EXPECT_LT(torque_N_m(), -0.3 * held_N_m);
+    EXPECT_GT(torque_N_m(), -held_N_m);
   }
 
   std::shared_ptr<CellModel> model_ = test::service_model();
@@ -78,26 +78,26 @@ class HeldFeedForward : public ::testing::Test {
 
 TEST_F(HeldFeedForward, FeedForwardHoldsUntilTheNextCommand) {
   step({pushed()});
-  EXPECT_GT(torque_Nm(), 0.3 * kTorque_Nm);
+  EXPECT_GT(torque_N_m(), 0.3 * kTorque_N_m);
   settle();
   step({pushed()});
-  EXPECT_NEAR(torque_Nm(), 0.0, 1e-6) << "the same again";
+  EXPECT_NEAR(torque_N_m(), 0.0, 1e-6) << "the same again";
   JointCommand half = pushed();
   half.effort[0] *= 0.5;
   step({half});
-  expect_gone(0.5 * kTorque_Nm);
+  expect_gone(0.5 * kTorque_N_m);
   settle();
   step({still()});
-  expect_gone(0.5 * kTorque_Nm);
+  expect_gone(0.5 * kTorque_N_m);
 }
 
 TEST_F(HeldFeedForward, FeedForwardEndsWithATrajectoryAndWithAStop) {
   step({pushed()});
   settle();
   step({standing({}, 2.0)});  // continues until the other begins
-  EXPECT_NEAR(torque_Nm(), 0.0, 1e-6);
+  EXPECT_NEAR(torque_N_m(), 0.0, 1e-6);
   while (simulation_->step_index() < 2000) step();
-  EXPECT_NEAR(torque_Nm(), 0.0, 1e-6);
+  EXPECT_NEAR(torque_N_m(), 0.0, 1e-6);
   step();
   expect_gone();
   simulation_->reset();
@@ -120,7 +120,7 @@ TEST_F(HeldFeedForward, FeedForwardEndsAtADeadline) {
     while (watched.step_index() < 2000) ASSERT_TRUE(watched.step({}));
     EXPECT_NEAR(watched.make_snapshot().robots[0].effort[0], 0.0, 1e-6);
     ASSERT_TRUE(watched.step({}));
-    EXPECT_LT(watched.make_snapshot().robots[0].effort[0], -0.3 * kTorque_Nm);
+    EXPECT_LT(watched.make_snapshot().robots[0].effort[0], -0.3 * kTorque_N_m);
   }
 }
 
@@ -162,7 +162,7 @@ TEST_F(HeldFeedForward, InitialStatesOfDrivesIncludeFeedForward) {
   ASSERT_EQ(simulation_->set_level_of_detail(-1, 2), "");
   for (int i = 0; i < 20; ++i) {
     step();
-    EXPECT_NEAR(torque_Nm(), 0.0, 1e-6);
+    EXPECT_NEAR(torque_N_m(), 0.0, 1e-6);
   }
   step({still()});
   expect_gone();
@@ -183,12 +183,12 @@ TEST_F(HeldFeedForward, FeedForwardOfATrajectoryIsLinearBetweenPoints) {
   };
   reference.apply(standing({20.0, -10.0}), 0.0, 0);
   while (step_index < 1200) {
-    const double found_Nm = advance();
+    const double found_N_m = advance();
     const double t = static_cast<double>(step_index) * kStep_s;
-    const double wanted_Nm = t < 0.5   ? kTorque_Nm + t / 0.5 * (20.0 - kTorque_Nm)
-                             : t < 1.0 ? 20.0 - (t - 0.5) / 0.5 * 30.0
-                                       : -10.0;
-    ASSERT_NEAR(found_Nm, wanted_Nm, 1e-9) << t;
+    const double wanted_N_m = t < 0.5   ? kTorque_N_m + t / 0.5 * (20.0 - kTorque_N_m)
+                              : t < 1.0 ? 20.0 - (t - 0.5) / 0.5 * 30.0
+                                        : -10.0;
+    ASSERT_NEAR(found_N_m, wanted_N_m, 1e-9) << t;
   }
   EXPECT_EQ(robots[0].feed_forward()[1], 0.0);
   // Begun in the past: its second half.

@@ -12,6 +12,8 @@
 namespace takt {
 namespace {
 
+using Patterns = std::vector<std::string>;
+
 using test::kG;
 using test::kLayer_Pa_per_m;
 using test::library_mesh;
@@ -40,7 +42,7 @@ TEST(PressedElements, PressuresOfABallFollowTheDepthAndCarryItsWeight) {
   const std::uint64_t hash = simulation.state_hash();
   const auto counted = simulation.contact_counts().made;
   PressedElements elements(cell->contact);
-  const auto pairs = find_contact_pairs(cell->contact, cell->description, "Ball-*");
+  const auto pairs = find_contact_pairs(cell->contact, cell->description, Patterns{"Ball-*"});
   ASSERT_EQ(pairs.size(), 1U);
   const std::vector<PressedPair> pressed = elements.read(snapshot, pairs);
   ASSERT_EQ(pressed.size(), 1U);
@@ -84,7 +86,7 @@ TEST(PressedElements, TheStrongestElementsAreListedWhenThereAreTooMany) {
   for (int i = 0; i < 5; ++i) ASSERT_TRUE(simulation.step({})) << simulation.fault();
   const Snapshot snapshot = simulation.make_snapshot();
   PressedElements elements(cell->contact);
-  const std::vector<std::size_t> all = find_contact_pairs(cell->contact, cell->description, "*");
+  const std::vector<std::size_t> all = find_contact_pairs(cell->contact, cell->description, Patterns{"*"});
   const std::vector<PressedPair> pressed = elements.read(snapshot, all);
   ASSERT_EQ(pressed.size(), 1U);
   const auto whole = static_cast<std::size_t>(snapshot.contacts.pressing().front().result.elements);
@@ -99,10 +101,13 @@ TEST(ContactPairNames, NamesFitInEitherOrderAndUnknownNamesAreReported) {
   const TemporaryDirectory directory;
   const auto cell = ball_on_plate(directory, 2);
   std::vector<std::string> unknown;
-  EXPECT_EQ(find_contact_pairs(cell->contact, cell->description, "Plate-Ball", &unknown).size(), 1U);
-  EXPECT_EQ(find_contact_pairs(cell->contact, cell->description, " Ball-Plate ,*", &unknown).size(), 1U);
+  EXPECT_EQ(find_contact_pairs(cell->contact, cell->description, Patterns{"Plate-Ball"}, &unknown).size(),
+            1U);
+  EXPECT_EQ(
+      find_contact_pairs(cell->contact, cell->description, Patterns{"Ball-Plate", "*"}, &unknown).size(), 1U);
   EXPECT_TRUE(unknown.empty());
-  EXPECT_TRUE(find_contact_pairs(cell->contact, cell->description, "Ball-Table, x", &unknown).empty());
+  EXPECT_TRUE(
+      find_contact_pairs(cell->contact, cell->description, Patterns{"Ball-Table", "x"}, &unknown).empty());
   EXPECT_EQ(unknown, (std::vector<std::string>{"Ball-Table", "x"}));
 }
 

@@ -113,7 +113,7 @@ TEST(SurfaceContactCell, BlocksOnASlopeDoNotCreepWithStick) {
 
 /// Without friction, which takes a few per cent: the layer's normals are not vertical beside the middle.
 std::string dropped_ball(const std::string& damping) {
-  return "{defaults: {friction: 0, areal_damping_Ns_per_m3: " + damping + "}}";
+  return "{defaults: {friction: 0, areal_damping_N_s_per_m3: " + damping + "}}";
 }
 
 struct Impact {

@@ -209,7 +209,8 @@ int over_the_line(const Options& options) {
     }
   });
   const Status last = cell.status();
-  std::printf("# server: overruns %" PRIu64 " of %" PRIu64 " steps, rebased %" PRIu64 ", fault '%s'\n",
+  std::printf("# server: overruns %" PRIu64 " of %" PRIu64 " steps, schedule resets %" PRIu64
+              ", fault '%s'\n",
               last.overruns, last.step, last.schedule_resets, last.fault.c_str());
   return 0;
 }

@@ -87,10 +87,11 @@ struct SolverFigure {
 
 /// Of the box that falls flat onto a plate (drop.yaml): speed of rebound over speed of arrival, by its energy
 /// outside the layer. 1 without damping.
-inline SolverFigure restitution(const SolverSetting& setting, double areal_damping_Ns_per_m3) {
+inline SolverFigure restitution(const SolverSetting& setting, double areal_damping_N_s_per_m3) {
   constexpr double kG = 9.80665, kHeight = 0.05;
-  WatchedScene scene("drop", setting,
-                     {"contact.defaults.areal_damping_Ns_per_m3=" + std::to_string(areal_damping_Ns_per_m3)});
+  WatchedScene scene(
+      "drop", setting,
+      {"contact.defaults.areal_damping_N_s_per_m3=" + std::to_string(areal_damping_N_s_per_m3)});
   double lowest = 1.0, highest = 0.0;
   const double fall_s = std::sqrt(2.0 * kHeight / kG);
   while (scene.time_s() < 2.0 * fall_s) {

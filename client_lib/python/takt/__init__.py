@@ -37,6 +37,7 @@ from .enumerations import (
     JointType,
     Pace,
     PartState,
+    PartnerRule,
     SafeAction,
     Severity,
     SimulationState,

@@ -65,7 +65,7 @@ class Server:
     """DDS domain of the cell, 0 to 232."""
 
     def __init__(self, scenario: str | os.PathLike[str] | None = None, *, pace: str = "lockstep", paused: bool = True,
-                 cell: str | None = None, domain: int | None = None, lod: int | None = None,
+                 cell: str | None = None, domain: int | None = None, level_of_detail: int | None = None,
                  overrides: Sequence[str] = (), options: Sequence[str] = ()) -> None:
         """Prepares the command; start() or a `with` block runs it.
 
@@ -74,7 +74,7 @@ class Server:
         paused: simulated time stands until a client lets it run
         cell: name of the cell; None: a name that is unique on this machine
         domain: DDS domain, 0 to 232; None: one that no process on this machine uses
-        lod: level of detail of every process, 1 to 3; None: those of the scenario
+        level_of_detail: of every process, 1 to 3; None: those of the scenario
         overrides: KEY=VALUE for keys of the scenario, e.g. solver.step_s=0.0005
         options: further options of takt-server
         """
@@ -88,8 +88,8 @@ class Server:
         self._command += ["--cell", self.cell, "--domain", str(self.domain), "--pace", pace]
         if paused:
             self._command.append("--paused")
-        if lod is not None:
-            self._command += ["--lod", str(lod)]
+        if level_of_detail is not None:
+            self._command += ["--lod", str(level_of_detail)]
         for override in overrides:
             self._command += ["--set", override]
         self._command += options

@@ -74,8 +74,8 @@ struct RecordOptions {
   std::optional<double> duration_s;
   std::optional<double> until_s;
   double period_s = 0.01;
-  std::string compression = "zstd";  ///< of an MCAP file: zstd, lz4, none
-  std::string pressures;             ///< pairs of which to record pressures (request watch_pressures)
+  std::string compression = "zstd";    ///< of an MCAP file: zstd, lz4, none
+  std::vector<std::string> pressures;  ///< pairs of which to record pressures (request watch_pressures)
 };
 
 struct CheckOptions {

@@ -39,7 +39,7 @@ int list(const Common& common) {
     if (cell.status)
       std::printf("%-20s %-8s at %.3f s, pace %s\n", cell.name.c_str(),
                   std::string(to_string(cell.status->state)).c_str(), cell.status->time,
-                  cell.status->pace.c_str());
+                  std::string(to_string(cell.status->pace)).c_str());
     else
       std::printf("%-20s announced, but gives no status\n", cell.name.c_str());
     if (cell.servers > 1)
@@ -74,15 +74,16 @@ int status(const Common& common) {
   std::printf("  %-17s %s at %.3f s (step %llu, epoch %u)\n", "state",
               std::string(to_string(s.state)).c_str(), s.time, static_cast<unsigned long long>(s.step),
               s.epoch);
-  if (s.pace == "realtime")
+  if (s.pace == Pace::realtime)
     std::printf(
-        "  %-17s realtime x %g, %.2f ms behind, %llu overruns (%llu in a row at most), %llu schedule "
+        "  %-17s %s x %g, %.2f ms behind, %llu overruns (%llu in a row at most), %llu schedule "
         "resets\n",
-        "pace", s.pace_factor, 1e3 * s.lag, static_cast<unsigned long long>(s.overruns),
+        "pace", std::string(to_string(s.pace)).c_str(), s.pace_factor, 1e3 * s.lag,
+        static_cast<unsigned long long>(s.overruns),
         static_cast<unsigned long long>(s.max_consecutive_overruns),
         static_cast<unsigned long long>(s.schedule_resets));
   else
-    std::printf("  %-17s %s\n", "pace", s.pace.c_str());
+    std::printf("  %-17s %s\n", "pace", std::string(to_string(s.pace)).c_str());
   std::printf(
       "  %-17s %.3f (simulated per wall time); computation ratio %.5f (computed per simulated time)\n",
       "real-time factor", s.real_time_factor, s.computation_ratio);

@@ -82,7 +82,7 @@ const std::map<std::string, std::string>& examples() {
       {"unload", "  takt unload"},
       {"entities",
        "  takt entities\n"
-       "  takt entities 'P*' --category part --json"},
+       "  takt entities 'P*' --type part --json"},
       {"spawn",
        "  takt spawn P2 --copy-of P --at 0.2 0.3 0.7\n"
        "  takt spawn Box --mesh box.stl --scale 0.001 --mass 0.4 --at 0 0 1 --rpy-deg 0 0 90\n"
@@ -100,7 +100,7 @@ const std::map<std::string, std::string>& examples() {
       {"request",
        "  takt request get_features\n"
        "  takt request set_state state=stopped\n"
-       "  takt request set_level_of_detail level=2 process=all --json"},
+       "  takt request set_level_of_detail level_of_detail=2 process=all --json"},
       {"completion",
        "  source <(takt completion bash)     in this shell\n"
        "  takt completion bash > ~/.local/share/bash-completion/completions/takt"},

@@ -18,6 +18,7 @@
 #include "client_lib/tools/takt/recordings.h"
 #include "client_lib/tools/takt/view.h"
 #include "idl/command_line/commands.h"
+#include "idl/command_line/enumeration.h"
 #include "idl/command_line/numbers.h"
 #include "idl/command_line/output.h"
 
@@ -171,9 +172,12 @@ int run(int argc, char** argv) {
   record->add_option("--compression", record_options.compression, "of FILE.mcap: zstd (smallest), lz4, none")
       ->check(CLI::IsMember({"zstd", "lz4", "none"}))
       ->capture_default_str();
-  record->add_option("--pressures", record_options.pressures,
-                     "for FILE.mcap: element by element, how these pairs press at level of detail 3: names "
-                     "BASE-TARGET, * for any characters, separated by commas");
+  record
+      ->add_option("--pressures", record_options.pressures,
+                   "for FILE.mcap: element by element, how these pairs press at level of detail 3: names "
+                   "BASE-TARGET, * for any characters, separated by commas")
+      ->delimiter(',')
+      ->allow_extra_args(false);
 
   takt::tool::CheckOptions check_options;
   auto* check = add("check", "compare the present positions with those a scenario expects at its end",
@@ -193,9 +197,9 @@ int run(int argc, char** argv) {
   auto* set_pace = add("pace", "how fast simulated time runs", [&] {
     return takt::tool::pace(common, takt::enumerator_of<takt::Pace>(pace).value(), factor);
   });
-  set_pace->add_option("PACE", pace, "realtime, free or lockstep")
+  set_pace->add_option("PACE", pace, "relation of simulated time to wall time")
       ->required()
-      ->transform(CLI::IsMember({"realtime", "free", "lockstep"}, CLI::ignore_case));
+      ->transform(CLI::IsMember(takt::command_line::words_of<takt::Pace>(), CLI::ignore_case));
   set_pace->add_option("--factor", factor, "simulated / wall time (realtime)")->check(numbers::positive());
 
   takt::tool::declare_requests(app, common, result);

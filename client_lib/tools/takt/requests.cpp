@@ -135,7 +135,7 @@ void declare_requests(CLI::App& app, const Common& common, int& result) {
                                       "stop the cell where it is");
   word.operator()<requests::SetState>("quit", {}, state(SimulationState::quitting), "end the server");
   word.operator()<requests::Reset>("reset", {});
-  word.operator()<requests::SetLevelOfDetail>("lod", {"level", "process"});
+  word.operator()<requests::SetLevelOfDetail>("lod", {"level_of_detail", "process"});
   word.operator()<requests::UnloadScenario>("unload", {});
   word.operator()<requests::DeleteEntity>("delete", {"entity"});
   word.operator()<requests::Attach>("attach", {"part", "to"});

@@ -9,6 +9,7 @@
 
 #include "client_lib/recording/json_text.h"
 #include "client_lib/tools/takt/commands.h"
+#include "idl/command_line/enumeration.h"
 #include "idl/command_line/numbers.h"
 
 namespace takt::tool {
@@ -85,9 +86,9 @@ int say_loaded(const Common& common, const CellInfo& info) {
              loaded_json(info));
 }
 
-int entities(const Common& common, const std::string& filter, const std::string& category) {
+int entities(const Common& common, const std::string& filter, const std::string& type) {
   Session cell(common);
-  const auto found = cell->call(requests::GetEntities{filter, enumerator_of<ComponentType>(category)});
+  const auto found = cell->call(requests::GetEntities{filter, enumerator_of<ComponentType>(type)});
   if (common.json) {
     std::printf("%s\n", recording::json_text(
                             values_json(arguments_of<requests::GetEntitiesResponse>(found)).at("entities"))
@@ -95,7 +96,7 @@ int entities(const Common& common, const std::string& filter, const std::string&
     return 0;
   }
   for (const auto& entity : found.entities) {
-    std::printf("%-24s %-8s", entity.name.c_str(), std::string(to_string(entity.category)).c_str());
+    std::printf("%-24s %-8s", entity.name.c_str(), std::string(to_string(entity.type)).c_str());
     if (entity.mass && entity.hierarchy) std::printf(" %g kg, hierarchy %d", *entity.mass, *entity.hierarchy);
     std::printf("\n");
   }
@@ -137,8 +138,8 @@ void declare_parts(CLI::App& app, const Common& common, int& result) {
   auto listed = kept<Names>();
   auto* list = app.add_subcommand("entities", "names and kinds of all components");
   list->add_option("FILTER", listed->first, "name with * for any characters");
-  list->add_option("--category", listed->second, "part, gripper or ground")
-      ->check(CLI::IsMember({"part", "gripper", "ground"}));
+  list->add_option("--type", listed->second, "only these components")
+      ->check(CLI::IsMember(command_line::words_of<ComponentType>()));
   list->callback([&common, &result, listed] { result = entities(common, listed->first, listed->second); });
 
   struct Spawn {
@@ -151,7 +152,7 @@ void declare_parts(CLI::App& app, const Common& common, int& result) {
   to_spawn->add_option("NAME", wanted.name, "what the new Part is called")->required();
   auto* mesh = to_spawn->add_option("--mesh", wanted.uri, "mesh file: OBJ, STL or GLB");
   to_spawn->add_option("--copy-of", wanted.copy_of, "or the Part that it is like")->excludes(mesh);
-  to_spawn->add_option("--mass", wanted.mass_kg, "kg; needed with --mesh")->check(command_line::positive());
+  to_spawn->add_option("--mass", wanted.mass, "kg; needed with --mesh")->check(command_line::positive());
   to_spawn->add_option("--scale", wanted.mesh_scale, "lengths of the mesh are multiplied by this")
       ->needs(mesh)
       ->check(command_line::positive());

@@ -41,8 +41,9 @@ std::string cut_to_terminal(std::string line) {
 
 std::string live_line(const State& state, const Status& status) {
   char head[160];
-  std::snprintf(head, sizeof(head), "%9.3f s  %-7s %-8s RTF %-6.2f compute %.4f ", state.time,
-                std::string(to_string(status.state)).c_str(), status.pace.c_str(), status.real_time_factor,
+  std::snprintf(head, sizeof(head), "%9.3f s  %-7s %-8s real-time factor %-6.2f computation ratio %.4f ",
+                state.time, std::string(to_string(status.state)).c_str(),
+                std::string(to_string(status.pace)).c_str(), status.real_time_factor,
                 status.computation_ratio);
   std::string line = head + partners(state);
   for (const auto& name : status.waiting_for) line += "  waiting for " + name;
@@ -64,8 +65,8 @@ Colour colour_of(Severity severity) {
 
 /// A change of this text begins a new line.
 std::string summary(const State& state, const Status& status) {
-  return partners(state) + std::string(to_string(status.state)) + status.pace + std::to_string(state.epoch) +
-         status.fault;
+  return partners(state) + std::string(to_string(status.state)) + std::string(to_string(status.pace)) +
+         std::to_string(state.epoch) + status.fault;
 }
 
 /// The status, and the holder of each Part.

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "client_lib/tools/takt_controller/session.h"
+#include "idl/command_line/enumeration.h"
 #include "idl/command_line/numbers.h"
 #include "idl/command_line/output.h"
 #include "idl/common/parse.h"
@@ -46,16 +47,17 @@ int run(int argc, char** argv) {
       ->check(takt::command_line::whole_number_from(0, 232))
       ->capture_default_str();
   std::string pace;
-  app.add_option("--pace", pace, "set the pace of the cell: realtime, free or lockstep (default: leave it)")
-      ->transform(CLI::IsMember({"realtime", "free", "lockstep"}, CLI::ignore_case));
+  app.add_option("--pace", pace, "set the pace of the cell (default: leave it)")
+      ->transform(CLI::IsMember(takt::command_line::words_of<takt::Pace>(), CLI::ignore_case));
   app.add_flag("--start", options.start, "set the cell playing when all is ready");
   app.add_option("--until", options.until_s,
                  "go on to this simulated time, s, when the program has finished (its robots hold still)")
       ->check(takt::command_line::not_negative());
   app.add_option("--name", options.name, "what the controller is called in events and status")
       ->capture_default_str();
-  app.add_option("--timeout", timeout_s,
-                 "longest wait for an answer; in lockstep also the cell's patience, s of wall time")
+  app.add_option(
+         "--timeout", timeout_s,
+         "longest wait for an answer; in lockstep also how long the cell waits for a command, s of wall time")
       ->check(takt::command_line::positive())
       ->capture_default_str();
   auto* profiles = app.add_option("--profiles", options.client.profiles_file, "Fast DDS profiles (XML)")

@@ -5,11 +5,11 @@ import {ColladaLoader} from 'three/addons/loaders/ColladaLoader.js';
 import {OBJLoader} from 'three/addons/loaders/OBJLoader.js';
 import {STLLoader} from 'three/addons/loaders/STLLoader.js';
 import URDFLoader from 'urdf-loader';
-import {ComponentType, PartState} from './enumerations.js';
+import {ComponentType, PartState, nameOf} from './messages.js';
 
 export const STATES = [], STATE_COLORS = [];  // words and colours of Parts, by PartState
-for (const [name, word, color] of [['free', 'free', 0x7f8c97], ['grasped', 'held', 0xe08214], ['placed', 'placed', 0x2c7fb8],
-  ['assembled', 'assembled', 0x2e9e5b]]) [STATES[PartState[name]], STATE_COLORS[PartState[name]]] = [word, color];
+for (const [state, color, word] of [[PartState.free, 0x7f8c97], [PartState.grasped, 0xe08214, 'held'], [PartState.placed, 0x2c7fb8],
+  [PartState.assembled, 0x2e9e5b]]) [STATES[state], STATE_COLORS[state]] = [word ?? nameOf(PartState, state), color];
 export const OPEN = 0x9aa7b4, CLOSED = 0xc2561a, GRIPS = 0xe08214, FORCE = 0xd6204e, CONTACT = 0x8a2be2, HOLDS = 0x20639b;
 const LONGEST = 0.25;  // m; larger forces are drawn like this, as they would leave the picture
 const COLORS = [0x2b3cff, 0x18b8d8, 0x2fbf4a, 0xf2d21b, 0xe2231a].map((color) => new THREE.Color(color));  // of pressures

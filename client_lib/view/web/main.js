@@ -1,11 +1,11 @@
 import {Cell, STATES, STATE_COLORS, OPEN, CLOSED, GRIPS, FORCE, CONTACT, HOLDS, colorOf} from './cell.js';
-import {ComponentType, Severity, SimulationState, nameOf} from './enumerations.js';
+import {ComponentType, Pace, Severity, SimulationState, messages, nameOf} from './messages.js';
 import {Link} from './link.js';
 import {Plots} from './plots.js';
 import {Signals} from './signals.js';
 
 const $ = (id) => document.getElementById(id);
-const RUNS = {no_world: 'no scenario', loading_world: 'loading'};
+const RUNS = {no_scenario: 'no scenario', loading_scenario: 'loading'};
 const SHOWN = ['description', 'status', 'events', 'state', 'contacts'];
 const seconds = (stamp) => (1e9 * stamp.sec + (stamp.nanosec ?? stamp.nsec)) / 1e9;
 const topicOf = (name) => name.replace(/^\/[^/]*\//, '');
@@ -52,15 +52,15 @@ const link = new Link(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${loca
     $('connection').textContent = 'not connected, trying again';
     $('connection').className = 'off';
   },
-  sample(topic, sample) {
+  sample(topic, sample, type) {
     const name = topicOf(topic);
     last[name] = sample;
     (takes[name] ?? (() => {}))(sample);
-    plot(name, sample);
+    plot(name, type, sample);
   },
 }, (channel) => {
   const name = topicOf(channel.topic);
-  const wanted = (SHOWN.includes(name) && channel.type !== 'sensor_msgs/msg/JointState') || name === 'playback' || wantsNow(name);
+  const wanted = (SHOWN.includes(name) && channel.schemaName !== 'sensor_msgs/msg/JointState') || name === 'playback' || wantsNow(name);
   if (wanted) subscribed.add(channel.id);
   return wanted;
 });
@@ -139,16 +139,16 @@ function firstPlots(description) {
 // Names to choose from: once per topic, and whenever other pairs press.
 const listed = new Map(), offered = new Set();
 function offer(full) {
-  if (offered.has(full) || /\.(stamp|epoch|world|state_hash)/.test(full)) return;
+  if (offered.has(full)) return;
   offered.add(full);
   $('signals').append(new Option(full));
 }
-function offerNames(name, sample) {
+function offerNames(name, type, sample) {
   if (!['state', 'contacts', 'status'].includes(name)) return;
   const key = name === 'contacts' ? sample.contacts.map(({base, target}) => pairName(base, target)).join() : '';
   if (listed.get(name) === key) return;
   listed.set(name, key);
-  signals.each(name, sample, offer);
+  signals.each(name, type, sample, offer);
 }
 // Of topics that are received only while a plot needs them.
 function offerDescribed({robots, devices}) {
@@ -156,19 +156,22 @@ function offerDescribed({robots, devices}) {
   offered.clear();
   $('signals').replaceChildren();
   for (const {name, joints} of robots) {
-    for (const number of ['mechanical_total', 'electrical_power', 'mechanical_energy', 'electrical_energy']) offer(`power.consumers.${name}.${number}`);
-    for (const kind of ['position', 'velocity', 'effort'])
+    offerPower(name);
+    for (const kind of numbersOf('sensor_msgs/msg/JointState', true))
       for (const joint of joints) offer(`${name}/joint_states.${kind}.${joint.name}`);
   }
   for (const {name, signals: of} of devices ?? [])
-    if (['power', 'energy'].every((wanted) => of.some(({name: signal}) => signal === wanted)))
-      for (const number of ['electrical_power', 'electrical_energy']) offer(`power.consumers.${name}.${number}`);
+    if (['power', 'energy'].every((wanted) => of.some(({name: signal}) => signal === wanted))) offerPower(name);
 }
-function plot(name, sample) {
-  if (signals.description) offerNames(name, sample);
+const numbersOf = (type, list) => Object.entries(messages[type]).filter(([, field]) => field.signal && !field.type && Boolean(field.list) === list).map(([key]) => key);
+function offerPower(name) {
+  for (const number of numbersOf('takt_msgs/msg/PowerConsumer', false)) offer(`power.consumers.${name}.${number}`);
+}
+function plot(name, type, sample) {
+  if (signals.description) offerNames(name, type, sample);
   if (!plots.wants(name)) return;
   const values = new Map();
-  signals.each(name, sample, (full, value) => { if (plots.has(full)) values.set(full, value); });
+  signals.each(name, type, sample, (full, value) => { if (plots.has(full)) values.set(full, value); });
   const stamp = sample.header?.stamp ?? sample.stamp;
   plots.take(sample.time ?? (stamp ? seconds(stamp) : 0), sample.epoch, values);
 }
@@ -187,7 +190,7 @@ function rows() {
   const number = (value, digits) => Number(value).toFixed(digits);
   const list = [['time', state ? `${number(state.time, 3)} s (step ${state.step})` : '-']];
   if (s) {
-    list.push(['state', RUNS[nameOf(SimulationState, s.state)] ?? nameOf(SimulationState, s.state)], ['pace', `${s.pace}${s.pace === 'realtime' ? ` x ${number(s.pace_factor, 2)}` : ''}`],
+    list.push(['state', RUNS[nameOf(SimulationState, s.state)] ?? nameOf(SimulationState, s.state)], ['pace', `${nameOf(Pace, s.pace)}${s.pace === Pace.realtime ? ` x ${number(s.pace_factor, 2)}` : ''}`],
       ['real-time factor', number(s.real_time_factor, 3)], ['computation ratio', number(s.computation_ratio, 4)],
       ['overruns', `${s.overruns} (lag ${number(1e3 * s.lag, 1)} ms)`], ['step p50 / p99', `${number(1e6 * s.step_time_p50, 0)} / ${number(1e6 * s.step_time_p99, 0)} µs`],
       ['solver', s.solver]);
@@ -213,12 +216,12 @@ function rows() {
         const label = element('label', `${name} LoD `), choice = element('select', '');
         for (const n of [1, 2, 3]) choice.append(new Option(n, n, false, n === level));
         choice.disabled = $('play').disabled;
-        choice.onchange = () => ask('set_level_of_detail', {level: choice.value, process: name});
+        choice.onchange = () => ask('set_level_of_detail', {level_of_detail: choice.value, process: name});
         label.append(choice);
         return label;
       }));
     }
-    if (document.activeElement !== $('pace')) $('pace').value = s.pace;
+    if (document.activeElement !== $('pace')) $('pace').value = nameOf(Pace, s.pace);
   }
 }
 
@@ -271,8 +274,9 @@ on('play', 'set_state', () => ({state: 'playing'}));
 on('pause', 'set_state', () => ({state: 'paused'}));
 on('step', 'step', () => ({steps: $('steps').value}));
 on('reset', 'reset');
+$('pace').append(...Object.keys(Pace).map((pace) => new Option(pace)));
 $('pace').onchange = $('factor').onchange = () =>
-  ask('set_pace', {pace: $('pace').value, ...($('pace').value === 'realtime' ? {factor: $('factor').value} : {})}).catch(() => {});
+  ask('set_pace', {pace: $('pace').value, ...($('pace').value === nameOf(Pace, Pace.realtime) ? {factor: $('factor').value} : {})}).catch(() => {});
 $('position').oninput = () => ask('seek', {position: String($('position').value * (playback?.duration ?? 0))}).catch(() => {});
 $('add-plot').onclick = () => { plots.add($('signal').value.trim()); $('signal').value = ''; };
 
@@ -292,7 +296,7 @@ function pressureLegend(pairs) {
 // The server sends pressures while a client repeats its request. A recording has the pressures that were requested during it.
 function askForPressures() {
   const pairs = $('pressure').value;
-  if (pairs && !playback && link.service && !$('play').disabled) ask('watch_pressures', {pairs, for_s: '15'}).catch(() => {});
+  if (pairs && !playback && link.service && !$('play').disabled) ask('watch_pressures', {pairs, duration: '15'}).catch(() => {});
 }
 setInterval(askForPressures, 5000);
 $('pressure').onchange = () => {

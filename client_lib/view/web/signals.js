@@ -1,34 +1,35 @@
 // Signals: the numbers in samples by name, as `takt plot` and `takt export` call them.
+import {messages} from './messages.js';
+
 export class Signals {
-  constructor() { this.description = null; this.names = new Set(); }
+  constructor() { this.description = null; }
 
-  describe(description) { this.description = description; this.names.clear(); }
+  describe(description) { this.description = description; }
 
-  // Calls visit(name, value) for the numbers of a sample.
-  each(topic, sample, visit) {
-    const walk = (value, name, list, named, holder) => {
-      if (typeof value === 'number' || typeof value === 'bigint') visit(name, Number(value));
-      else if (typeof value === 'boolean') visit(name, value ? 1 : 0);
-      else if (Array.isArray(value) || ArrayBuffer.isView(value)) {
-        for (let i = 0; i < value.length; ++i) {
-          const described = typeof value[i] === 'object' ? this.description?.[list]?.[i] : named;
-          walk(value[i], `${name}.${this.nameOf(value[i], i, list, named, holder)}`, '', described, holder);
-        }
-      } else if (value && typeof value === 'object')
-        for (const [key, member] of Object.entries(value)) walk(member, `${name}.${key}`, key, named, value);
-    };
-    walk(sample, topic.replace(/^\/[^/]*\//, ''), '', null, null);
+  // Calls visit(name, value) for the numbers of a sample of this type.
+  each(topic, type, sample, visit) { this.fields(topic, type, sample, this.description, visit); }
+
+  // `described`: what the description says of the holder.
+  fields(name, type, holder, described, visit) {
+    for (const [key, field] of Object.entries(messages[type] ?? {})) {
+      const value = holder[key], full = `${name}.${key}`;
+      if (!field.signal || value === undefined) continue;
+      if (field.list) for (let i = 0; i < value.length; ++i) this.one(`${full}.${this.nameOf(field, holder, value[i], i, described)}`, field, value[i], described?.[field.order]?.[i], visit);
+      else this.one(full, field, value, described, visit);
+    }
   }
 
-  nameOf(element, i, list, named, holder) {
-    if (element && typeof element === 'object') {
-      const component = (index) => this.description?.components[index]?.name;
-      if (typeof element.name === 'string') return element.name;
-      if (typeof element.target === 'string') return element.target;
-      if (component(element.base) && component(element.target)) return `${component(element.base)}-${component(element.target)}`;
-      return this.description?.[list]?.[i]?.name ?? i;
-    }
-    // Joint states name their numbers beside them.
-    return (Array.isArray(holder?.name) && list !== 'name' ? holder.name[i] : undefined) ?? named?.joints?.[i]?.name ?? named?.signals?.[i]?.name ?? i;
+  one(name, field, value, described, visit) {
+    if (field.type) this.fields(name, field.type, value, described, visit);
+    else visit(name, Number(value));
+  }
+
+  // Of an element: by its key, or that of the description's list; else what its indices name (a pair), or the names beside it.
+  nameOf(field, holder, element, i, described) {
+    if (field.key) return element[field.key];
+    if (field.order) return described?.[field.order]?.[i]?.name ?? i;
+    const indices = Object.entries(messages[field.type] ?? {}).filter(([, {index}]) => index);
+    if (indices.length) return indices.map(([key, {index}]) => this.description?.[index]?.[element[key]]?.name).join('-');
+    return (Array.isArray(holder.name) ? holder.name[i] : undefined) ?? i;
   }
 }

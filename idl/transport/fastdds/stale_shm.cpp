@@ -47,7 +47,7 @@ double age_s(const std::string& file) {
 
 }  // namespace
 
-std::size_t remove_shared_memory_remains(const std::filesystem::path& directory, double older_than_s) {
+std::size_t remove_stale_shared_memory(const std::filesystem::path& directory, double older_than_s) {
   std::vector<std::string> names;
   std::error_code error;
   for (auto entry = std::filesystem::directory_iterator(directory, error);

@@ -10,7 +10,7 @@ namespace takt {
 /// Removes from `directory` segments and ports of Fast DDS without owner that were not touched for
 /// `older_than_s` (so that files under construction are safe). Returns the number of files. Never throws;
 /// files that must not be removed stay.
-std::size_t remove_shared_memory_remains(const std::filesystem::path& directory = "/dev/shm",
-                                         double older_than_s = 10.0);
+std::size_t remove_stale_shared_memory(const std::filesystem::path& directory = "/dev/shm",
+                                       double older_than_s = 10.0);
 
 }  // namespace takt

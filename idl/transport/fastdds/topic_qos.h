@@ -16,6 +16,7 @@ template <typename Qos>
 Qos with_policy(Qos qos, const QosPolicy& policy) {
   qos.reliability().kind = policy.reliable ? dds::RELIABLE_RELIABILITY_QOS : dds::BEST_EFFORT_RELIABILITY_QOS;
   qos.durability().kind = policy.latched ? dds::TRANSIENT_LOCAL_DURABILITY_QOS : dds::VOLATILE_DURABILITY_QOS;
+  qos.ownership().kind = policy.exclusive ? dds::EXCLUSIVE_OWNERSHIP_QOS : dds::SHARED_OWNERSHIP_QOS;
   qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
   qos.history().depth = policy.depth;
   qos.resource_limits().allocated_samples = policy.depth < 16 ? policy.depth : 16;
@@ -41,6 +42,11 @@ Qos with_type_hash(Qos qos, const MessageInfo& type) {
 inline dds::DataWriterQos writer_qos(const dds::DataWriterQos& defaults, const QosPolicy& policy) {
   auto qos = qos_detail::with_policy(defaults, policy);
   qos.publish_mode().kind = policy.large ? dds::ASYNCHRONOUS_PUBLISH_MODE : dds::SYNCHRONOUS_PUBLISH_MODE;
+  if (policy.lease_s > 0.0) {
+    qos.liveliness().kind = dds::AUTOMATIC_LIVELINESS_QOS;
+    qos.liveliness().lease_duration = DdsDuration(policy.lease_s);
+    qos.liveliness().announcement_period = DdsDuration(0.25 * policy.lease_s);
+  }
   beat_soon(qos);
   return qos;
 }

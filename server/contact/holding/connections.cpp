@@ -394,7 +394,7 @@ void Connections::evaluate(const CellMotion& motion, std::span<const int> parts,
       wrenches[static_cast<std::size_t>(part)] += on_base;
       wrenches[partner] += reaction_on_target(on_base, base, target);
       if (const ConnectionTurn& turn = pair.connection.turn; turn.driver >= 0) {
-        const Vec3 torque_W = turn.torque_Nm * (base.X_WB.R * turn.axis_B);
+        const Vec3 torque_W = turn.torque_N_m * (base.X_WB.R * turn.axis_B);
         wrenches[partner].t += torque_W;
         wrenches[static_cast<std::size_t>(turn.driver)].t -= torque_W;
       }

@@ -169,13 +169,6 @@ class Lister {
 
 }  // namespace
 
-std::string_view to_string(PartnerRule rule) {
-  constexpr std::array<std::string_view, 9> names{"nothing_reachable", "only_end",        "end_type",
-                                                  "shorter_sequence",  "present_partner", "lower_id",
-                                                  "every_contact",     "one_support",     "attached"};
-  return names[static_cast<std::size_t>(rule)];
-}
-
 PartnerDecision decide_partner(const ContactGraph& graph, int part, int present) {
   const Reach reach(graph, part);
   const auto key = [&](int end) {

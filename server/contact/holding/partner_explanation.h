@@ -2,30 +2,14 @@
 // Explains a result of the partner search: the decision with its rule, the sequences it chose from (Path
 // Vertices Sequences, thesis 3.5.2, (3.32) to (3.37)), and the depth of contacts. For queries, outside of the
 // step: it changes no state, and every function has a bounded cost, as stated with it.
-// cost, as stated with it.
 #include <cstdint>
-#include <string_view>
 #include <vector>
 
 #include "server/contact/collision/collision_world.h"
 #include "server/contact/holding/partner_search.h"
+#include "takt_enumerations.h"
 
 namespace takt {
-
-/// Rule that decided between the partner and the strongest of all other ends (the rival), in the order of
-/// evaluation. Two rules are those of the algorithms without a search; the last overrides all.
-enum class PartnerRule : std::uint8_t {
-  nothing_reachable,  ///< no sequence at all: no partner
-  only_end,           ///< all sequences end in the same component: no rival
-  end_type,           ///< Gripper before Ground before Part
-  shorter_sequence,   ///< the same type, and fewer contacts away
-  present_partner,    ///< as near: the present holder keeps the Part
-  lower_id,           ///< as near, and neither is the present holder: the lower id
-  every_contact,      ///< substitute_force: all that touches is connected; this one carries the weight
-  one_support,        ///< extended_substitute_force: its Gripper, else its Ground, else a Part it touches
-  attached,           ///< the user attached it to this component
-};
-std::string_view to_string(PartnerRule rule);
 
 struct PartnerDecision {
   int partner = -1;  ///< component id, or -1

@@ -26,8 +26,8 @@ struct ConnectionTurn {
   Vec3 axis_B = Vec3::UnitZ();
   double angle_rad = 0.0, travel_m = 0.0;  ///< about and along the axis, of the whole step
   double step_s = 1.0;
-  double torque_Nm = 0.0;  ///< about the axis, on the Target; the opposite on the driver
-  int driver = -1;         ///< component id, or -1: no motion
+  double torque_N_m = 0.0;  ///< about the axis, on the Target; the opposite on the driver
+  int driver = -1;          ///< component id, or -1: no motion
 };
 
 /// A closed connection of a Part: its holder and the offset. Captured between steps, constant during a step.

@@ -40,7 +40,7 @@ TAKT_LANE_INLINE void four_forces(const ContactLaw& law, const V4x3& v0, const V
   const V4 s3 = s * s * s;
   const V4 ramp = u >= law.damping_depth_m ? zero + 1.0 : u * over_depth;
   const V4 raw = law.stiffness_Pa_per_m * u + (hardness * linear_m) * (s3 * s) +
-                 law.areal_damping_Ns_per_m3 * ramp * rate;
+                 law.areal_damping_N_s_per_m3 * ramp * rate;
   const auto on = raw > 0.0 && area > 0.0;
   const V4 pressure = on ? raw : zero;
   const V4 fn = area * pressure;
@@ -59,7 +59,7 @@ TAKT_LANE_INLINE void four_forces(const ContactLaw& law, const V4x3& v0, const V
     simd4::load(rows[Rows::kXx] + i, rows[Rows::kXy] + i, rows[Rows::kXz] + i, x);
     V4 normal_part;
     simd4::dot(n, x, normal_part);
-    const V4 k = law.tangential_stiffness_Pa_per_m * area, c = law.tangential_damping_Ns_per_m3 * area;
+    const V4 k = law.tangential_stiffness_Pa_per_m * area, c = law.tangential_damping_N_s_per_m3 * area;
     const V4x3 q{-(k * (x.x - normal_part * n.x) + c * vt.x), -(k * (x.y - normal_part * n.y) + c * vt.y),
                  -(k * (x.z - normal_part * n.z) + c * vt.z)};
     V4 size;
@@ -116,9 +116,9 @@ TAKT_LANE_INLINE void four_forces(const ContactLaw& law, const V4x3& v0, const V
   simd4::store(pressure, rows[Rows::kPressure] + i);
   if constexpr (kDetail != ElementDetail::forces) {
     V4 k = (law.stiffness_Pa_per_m + 4.0 * hardness * s3) * area;
-    const V4 c = law.areal_damping_Ns_per_m3 * ramp * area;
+    const V4 c = law.areal_damping_N_s_per_m3 * ramp * area;
     if constexpr (kDetail == ElementDetail::tangent)
-      k += u >= law.damping_depth_m ? zero : area * (law.areal_damping_Ns_per_m3 * rate * over_depth);
+      k += u >= law.damping_depth_m ? zero : area * (law.areal_damping_N_s_per_m3 * rate * over_depth);
     simd4::store(on ? k : zero, rows[Rows::kKn] + i);
     simd4::store(on ? c : zero, rows[Rows::kCn] + i);
     simd4::store(kt, rows[Rows::kKt] + i);

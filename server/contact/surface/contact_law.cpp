@@ -24,13 +24,13 @@ void check_contact_law(const ContactLaw& law) {
   };
   positive("stiffness_Pa_per_m", law.stiffness_Pa_per_m);
   check(law.linear_depth_m > 0.0, "linear_depth_m", law.linear_depth_m, "positive");
-  not_negative("areal_damping_Ns_per_m3", law.areal_damping_Ns_per_m3);
+  not_negative("areal_damping_N_s_per_m3", law.areal_damping_N_s_per_m3);
   positive("damping_depth_m", law.damping_depth_m);
   not_negative("friction", law.friction);
   positive("friction_velocity_m_per_s", law.friction_velocity_m_per_s);
   if (law.friction_law == FrictionLaw::stick) {
     positive("tangential_stiffness_Pa_per_m", law.tangential_stiffness_Pa_per_m);
-    not_negative("tangential_damping_Ns_per_m3", law.tangential_damping_Ns_per_m3);
+    not_negative("tangential_damping_N_s_per_m3", law.tangential_damping_N_s_per_m3);
   }
 }
 

@@ -20,7 +20,7 @@ struct ContactParameters {
   double youngs_modulus_Pa = 1e6;            ///< E of (2.17)
   double poisson_ratio = 0.3;                ///< nu of (2.17), in [0, 0.5)
   double layer_depth_m = 0.001;              ///< b of (2.16)
-  double areal_damping_Ns_per_m3 = 2.5e5;    ///< d of (2.19)
+  double areal_damping_N_s_per_m3 = 2.5e5;   ///< d of (2.19)
   double damping_depth_m = 2e-6;             ///< u_d of (2.19): damping grows linearly up to this penetration
   double friction = 0.3;                     ///< mu of (2.21)
   double friction_velocity_m_per_s = 0.001;  ///< v_eps of (2.21)
@@ -40,13 +40,13 @@ struct ContactLaw {
   /// additionally grows by kHardening K/b linear_depth_m s^4, so that bodies do not pass through walls; like
   /// (2.16) it has an energy. For a pair it is a share of the thinner wall (PolygonalContact::kLinearShare).
   double linear_depth_m = std::numeric_limits<double>::infinity();
-  double areal_damping_Ns_per_m3 = 0.0;
+  double areal_damping_N_s_per_m3 = 0.0;
   double damping_depth_m = 0.0;
   double friction = 0.0;
   double friction_velocity_m_per_s = 0.0;
   FrictionLaw friction_law = FrictionLaw::regularised;
   double tangential_stiffness_Pa_per_m = 0.0;
-  double tangential_damping_Ns_per_m3 = 0.0;
+  double tangential_damping_N_s_per_m3 = 0.0;
 };
 
 /// (2.17): K of a linear elastic layer that cannot move sideways.
@@ -57,13 +57,13 @@ constexpr double layer_modulus(double youngs_modulus_Pa, double poisson_ratio) {
 constexpr ContactLaw contact_law(const ContactParameters& p) {
   ContactLaw law;
   law.stiffness_Pa_per_m = layer_modulus(p.youngs_modulus_Pa, p.poisson_ratio) / p.layer_depth_m;
-  law.areal_damping_Ns_per_m3 = p.areal_damping_Ns_per_m3;
+  law.areal_damping_N_s_per_m3 = p.areal_damping_N_s_per_m3;
   law.damping_depth_m = p.damping_depth_m;
   law.friction = p.friction;
   law.friction_velocity_m_per_s = p.friction_velocity_m_per_s;
   law.friction_law = p.friction_law;
   law.tangential_stiffness_Pa_per_m = p.tangential_stiffness_ratio * law.stiffness_Pa_per_m;
-  law.tangential_damping_Ns_per_m3 = p.tangential_damping_ratio * p.areal_damping_Ns_per_m3;
+  law.tangential_damping_N_s_per_m3 = p.tangential_damping_ratio * p.areal_damping_N_s_per_m3;
   return law;
 }
 

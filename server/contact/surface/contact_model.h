@@ -32,7 +32,7 @@ struct SleepingParameters {
   /// A Part is at rest if no point of it is faster. It bounds the error: a Part that would have moved on at
   /// this speed is 1 um behind after 10 s.
   double speed_m_per_s = 1e-7;
-  double time_to_sleep_s = 0.05;  ///< calm for so long, and no less than two steps
+  double time_to_sleep_s = 0.05;  ///< slower than that for so long, and no less than two steps
 };
 
 struct ContactModel {

@@ -232,19 +232,19 @@ void ContactSearch::open_leaf(std::size_t index, const Planes* planes) {
   }
   if (travelled_m_ <= open->quiet_until_m) return;
   ContactCandidates& lists = open->lists;
-  bool renew = false;
+  bool rebuild = false;
   if (!(travelled_m_ <= open->until_m)) {
-    renew = !lists.cover(X_TB_);
+    rebuild = !lists.cover(X_TB_);
     open->until_m = travelled_m_ + lists.bound_m() - lists.moved_m(X_TB_);
   }
-  if (renew) {
+  if (rebuild) {
     if (open->uses > 0 && open->uses < 32) open->bound_m = std::min(2.0 * open->bound_m, kLargestBound_m);
   } else if (++open->uses % 256 == 0 && open->bound_m > kSmallestBound_m &&
              lists.slot_count() > 2 * open->depths.hits().size() + 4) {
     open->bound_m = std::max(0.5 * open->bound_m, kSmallestBound_m);
-    renew = true;
+    rebuild = true;
   }
-  if (renew) {
+  if (rebuild) {
     // The set above all planes is outside while the region is valid.
     std::span<const std::int32_t> above;
     if (planes != nullptr && open->bound_m < (1.0 - planes->region->used(*planes->cluster, X_TB_)) *

@@ -134,7 +134,7 @@ ControlReply CellHost::execute_job(const HostJobs::Job& job) {
 }
 
 Refusal CellHost::nothing_loaded() const {
-  const bool loading = state_without_scenario() == SimulationState::loading_world;
+  const bool loading = state_without_scenario() == SimulationState::loading_scenario;
   return {ControlResult::incorrect_state,
           loading ? "A scenario is being loaded; ask again when it is there." : kNothingLoaded};
 }
@@ -170,21 +170,22 @@ Outcome<requests::SetState> CellHost::execute(const requests::SetState& request)
 }
 
 Outcome<requests::LoadScenario> CellHost::execute(const requests::LoadScenario& request) {
-  return load<requests::LoadScenario>({file_of_uri(request.uri), {request.overrides, request.lod}});
+  return load<requests::LoadScenario>(
+      {file_of_uri(request.uri), {request.overrides, request.level_of_detail}});
 }
 
 Outcome<requests::ReloadScenario> CellHost::execute(const requests::ReloadScenario&) {
   const auto loaded = slot_.loaded();
   if (loaded && loaded->source) return load<requests::ReloadScenario>(*loaded->source);
-  return Refusal{ControlResult::no_world_loaded,
+  return Refusal{ControlResult::no_scenario_loaded,
                  "No scenario was loaded from a file; there is none to load again."};
 }
 
 Outcome<requests::UnloadScenario> CellHost::execute(const requests::UnloadScenario&) {
-  if (!slot_.loaded()) return Refusal{ControlResult::no_world_loaded, "No scenario is loaded."};
+  if (!slot_.loaded()) return Refusal{ControlResult::no_scenario_loaded, "No scenario is loaded."};
   const std::string name = slot_.loaded()->simulation.description().scenario;
   const std::uint32_t generation = slot_.exchange(nullptr);
-  return {outbound_->events.post(events::ScenarioUnloaded{name}), {generation, SimulationState::no_world}};
+  return {outbound_->events.post(events::ScenarioUnloaded{name}), {generation, SimulationState::no_scenario}};
 }
 
 template <Request Type>
@@ -305,7 +306,7 @@ void CellHost::stop() {
 }
 
 SimulationState CellHost::state_without_scenario() const {
-  return jobs_.loading() ? SimulationState::loading_world : SimulationState::no_world;
+  return jobs_.loading() ? SimulationState::loading_scenario : SimulationState::no_scenario;
 }
 
 std::optional<LoopStatus> CellHost::idle_status() const {

@@ -100,11 +100,14 @@ class Replay {
   void apply_at_step(const LogRequest& logged, StateReader& content) {
     ++result_.requests;
     const auto apply_one = [&]<typename Type>(const Type& request) {
-      if constexpr (request_info<Type>().changes == RequestChanges::bits)
+      if constexpr (request_info<Type>().changes == RequestChanges::bits) {
+        const BitChange change = takt::apply(request, *simulation_);
+        const auto* refusal = std::get_if<std::string>(&change);
         expect_done("the request " + std::string(request_info<Type>().name) + " was executed",
-                    takt::apply(request, *simulation_));
-      else
+                    refusal == nullptr ? "" : *refusal);
+      } else {
         content.fail("a request of it changes no bits");
+      }
     };
     std::visit(apply_one, logged.request);
   }
@@ -135,9 +138,9 @@ class Replay {
                      "' was read");
     const std::uint64_t hash = model_hash(*model);
     if (hash != logged.model)
-      throw LogError(name_ + " is of another model (" + hash_text(logged.model) + ") of the scenario '" +
-                     scenario + "' than what was read now (" + hash_text(hash) +
-                     "): shapes, masses, constants and solver must be as they were");
+      throw LogError(name_ + " is of another model (" + hexadecimal_text(logged.model) +
+                     ") of the scenario '" + scenario + "' than what was read now (" +
+                     hexadecimal_text(hash) + "): shapes, masses, constants and solver must be as they were");
     simulation_ = std::make_unique<Simulation>(model);
     if (options_.executor != nullptr) simulation_->set_executor(options_.executor);
     batch_.clear();
@@ -205,7 +208,7 @@ class Replay {
       }
     }
     differ(step, "at step " + std::to_string(simulation_->step_index()) + " the hash of the state was " +
-                     hash_text(hash) + ", and is " + hash_text(simulation_->state_hash()));
+                     hexadecimal_text(hash) + ", and is " + hexadecimal_text(simulation_->state_hash()));
   }
 
   void differ(std::uint64_t step, const std::string& how) {

@@ -46,8 +46,8 @@ std::variant<ScenarioPart, Refusal> new_part(const Scenario& scenario, const req
   if (request.uri.has_value() == request.copy_of.has_value())
     return Refusal{ControlResult::failed,
                    "A new Part needs either 'uri', a mesh file, or 'copy_of', a Part of the scenario."};
-  if (request.uri && !request.mass_kg)
-    return Refusal{ControlResult::failed, "A Part of a mesh file needs the argument 'mass_kg'."};
+  if (request.uri && !request.mass)
+    return Refusal{ControlResult::failed, "A Part of a mesh file needs the argument 'mass'."};
   if (request.copy_of && request.mesh_scale)
     return Refusal{ControlResult::failed, "The argument 'mesh_scale' belongs to 'uri'; a copy has its own."};
   ScenarioPart part;
@@ -58,7 +58,7 @@ std::variant<ScenarioPart, Refusal> new_part(const Scenario& scenario, const req
     part = *original;
     // The copy is elsewhere, not in the threaded hole of the original.
     std::erase_if(part.devices, [](const StatedDevice& device) { return device.held_by() != nullptr; });
-    if (request.mass_kg && part.inertia_kg_m2) *part.inertia_kg_m2 *= *request.mass_kg / part.mass_kg;
+    if (request.mass && part.inertia_kg_m2) *part.inertia_kg_m2 *= *request.mass / part.mass_kg;
   } else {
     part.mesh = file_of_uri(*request.uri);
     part.mesh_scale = request.mesh_scale.value_or(1.0);
@@ -72,7 +72,7 @@ std::variant<ScenarioPart, Refusal> new_part(const Scenario& scenario, const req
   part.X_WB = {Quat(q.w, q.x, q.y, q.z).normalized().toRotationMatrix(),
                Vec3(position.x, position.y, position.z)};
   part.V_WB = {};
-  if (request.mass_kg) part.mass_kg = *request.mass_kg;
+  if (request.mass) part.mass_kg = *request.mass;
   if (request.hierarchy) part.hierarchy = *request.hierarchy;
   return part;
 }

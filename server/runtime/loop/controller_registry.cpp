@@ -41,8 +41,8 @@ std::string ControllerRegistry::add(const requests::RegisterController& request,
   }
   Controller controller;
   controller.name = request.name;
-  controller.period_s = request.period_s;
-  controller.timeout_s = request.timeout_s;
+  controller.period_s = request.period;
+  controller.timeout_s = request.timeout;
   controller.targets = std::move(targets);
   find_boundary(controller, present_step);
   *place = std::move(controller);

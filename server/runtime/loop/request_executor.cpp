@@ -3,7 +3,6 @@
 #include <variant>
 
 #include "server/runtime/requests/bit_changes.h"
-#include "server/simulation/model/state_hash.h"
 
 namespace takt {
 namespace {
@@ -18,6 +17,20 @@ const Outcome<Type>* answered(const std::optional<Outcome<Type>>& answer) {
 }
 
 }  // namespace
+
+template <Request Type>
+requires(request_info<Type>().changes ==
+         RequestChanges::bits) Outcome<Type> RequestExecutor::execute(const Type& request) {
+  if (std::is_same_v<Type, requests::SetEntityState> && (loop_.plays() || control_.single_steps_left() > 0))
+    return Refusal{ControlResult::incorrect_state,
+                   "A Part can be put elsewhere only while the simulation is paused or stopped."};
+  const BitChange change = apply(request, loop_.simulation);
+  if (const auto* reason = std::get_if<std::string>(&change)) return Refusal{ControlResult::failed, *reason};
+  std::string sentence = report(std::get<events::OfLoop>(change));
+  control_.publish_instant();
+  if (request_info<Type>().renews_status) control_.status.publish();
+  return sentence;
+}
 
 template <typename Type>
 void RequestExecutor::execute_and_reply(std::uint64_t id, const Type& request) {
@@ -81,8 +94,7 @@ Outcome<requests::GetState> RequestExecutor::execute(const requests::GetState&) 
   const Simulation& simulation = loop_.simulation;
   return {"The simulation is " + std::string(to_string(loop_.state)) + ".",
           {loop_.state, loop_.pace, loop_.factor, simulation.time_s(), simulation.step_index(),
-           simulation.epoch(), hash_text(simulation.state_hash()),
-           loop_.faulted ? simulation.fault() : std::string()}};
+           simulation.epoch(), simulation.state_hash(), loop_.faulted ? simulation.fault() : std::string()}};
 }
 
 Outcome<requests::SetState> RequestExecutor::execute(const requests::SetState& request) {
@@ -104,8 +116,8 @@ Outcome<requests::SetState> RequestExecutor::execute(const requests::SetState& r
     case SimulationState::quitting:
       control_.quit();
       break;
-    case SimulationState::no_world:
-    case SimulationState::loading_world:
+    case SimulationState::no_scenario:
+    case SimulationState::loading_scenario:
       break;  // not used by requests
   }
   control_.set_state(request.state);
@@ -146,7 +158,7 @@ Outcome<requests::SetPace> RequestExecutor::execute(const requests::SetPace& req
 
 Outcome<requests::RegisterController> RequestExecutor::execute(const requests::RegisterController& request) {
   const CellDescription& cell = loop_.cell();
-  if (request.targets.empty() || request.period_s < cell.step_s)
+  if (request.targets.empty() || request.period < cell.step_s)
     return Refusal{ControlResult::failed, "A controller has a target at least, and a period of " +
                                               std::to_string(cell.step_s) + " s, one step, or more."};
   ControllerRegistry& controllers = control_.barrier.controllers();
@@ -155,7 +167,7 @@ Outcome<requests::RegisterController> RequestExecutor::execute(const requests::R
   for (const std::string& target : request.targets) control_.intake.drop(find_target(cell, target));
   control_.barrier.stop_waiting();
   const auto boundary_step = controllers.owner(find_target(cell, request.targets.front()))->boundary_step;
-  return {report(events::ControllerRegistered{FixedString<128>(request.name), request.period_s}),
+  return {report(events::ControllerRegistered{FixedString<128>(request.name), request.period}),
           {boundary_step, static_cast<double>(boundary_step) * cell.step_s, loop_.simulation.epoch()}};
 }
 
@@ -167,48 +179,12 @@ Outcome<requests::UnregisterController> RequestExecutor::execute(
   return report(events::ControllerUnregistered{FixedString<128>(request.name)});
 }
 
-Outcome<requests::SetLevelOfDetail> RequestExecutor::execute(const requests::SetLevelOfDetail& request) {
-  if (std::string reason = apply(request, loop_.simulation); !reason.empty())
-    return Refusal{ControlResult::failed, "The level of detail stays as it is: " + reason};
-  std::string sentence =
-      report(events::LevelOfDetailChanged{loop_.cell().find_process(request.process), request.level});
-  control_.publish_instant();
-  control_.status.publish();
-  return {std::move(sentence), {request.level}};
-}
-
 Outcome<requests::ExplainPart> RequestExecutor::execute(const requests::ExplainPart& request) {
   return explanation(loop_.simulation.explain(component(request.part)), loop_.cell());
 }
 
 Outcome<requests::GetEntityState> RequestExecutor::execute(const requests::GetEntityState& request) {
   return entity_state(component(request.entity), loop_.simulation.make_snapshot(), loop_.cell());
-}
-
-Outcome<requests::SetEntityState> RequestExecutor::execute(const requests::SetEntityState& request) {
-  if (loop_.plays() || control_.single_steps_left() > 0)
-    return Refusal{ControlResult::incorrect_state,
-                   "A Part can be put elsewhere only while the simulation is paused or stopped."};
-  Simulation& simulation = loop_.simulation;
-  if (std::string reason = apply(request, simulation); !reason.empty())
-    return Refusal{ControlResult::failed, "It stays where it is: " + reason};
-  const int part = component(request.entity);
-  const Vec3& p = simulation.make_snapshot().components[static_cast<std::size_t>(part)].p_WB;
-  std::string sentence = report(events::EntityStateSet{part, {p.x(), p.y(), p.z()}});
-  control_.publish_instant();
-  return sentence;
-}
-
-Outcome<requests::Attach> RequestExecutor::execute(const requests::Attach& request) {
-  if (std::string reason = apply(request, loop_.simulation); !reason.empty())
-    return Refusal{ControlResult::failed, "It was not attached: " + reason};
-  return report(events::Attached{component(request.part), component(request.to)});
-}
-
-Outcome<requests::Detach> RequestExecutor::execute(const requests::Detach& request) {
-  if (std::string reason = apply(request, loop_.simulation); !reason.empty())
-    return Refusal{ControlResult::failed, "It was not detached: " + reason};
-  return report(events::Detached{component(request.part)});
 }
 
 }  // namespace takt

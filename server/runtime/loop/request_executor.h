@@ -38,6 +38,9 @@ class RequestExecutor {
   template <typename Type>
   void execute_and_reply(std::uint64_t id, const Type& request);
 
+  /// By apply() of bit_changes.h, whose event is the answer.
+  template <Request Type>
+  requires(request_info<Type>().changes == RequestChanges::bits) Outcome<Type> execute(const Type& request);
   Outcome<requests::GetState> execute(const requests::GetState& request);
   Outcome<requests::SetState> execute(const requests::SetState& request);
   Answer<requests::Step> execute(const requests::Step& request);
@@ -46,11 +49,7 @@ class RequestExecutor {
   Outcome<requests::RegisterController> execute(const requests::RegisterController& request);
   Outcome<requests::UnregisterController> execute(const requests::UnregisterController& request);
   Outcome<requests::ExplainPart> execute(const requests::ExplainPart& request);
-  Outcome<requests::SetLevelOfDetail> execute(const requests::SetLevelOfDetail& request);
   Outcome<requests::GetEntityState> execute(const requests::GetEntityState& request);
-  Outcome<requests::SetEntityState> execute(const requests::SetEntityState& request);
-  Outcome<requests::Attach> execute(const requests::Attach& request);
-  Outcome<requests::Detach> execute(const requests::Detach& request);
 
   /// Emits the event, and returns its sentence.
   std::string report(const events::OfLoop& event);

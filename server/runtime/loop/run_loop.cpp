@@ -88,8 +88,8 @@ bool RunLoop::wait_for_schedule() {
     control_.status.publish_if_due();
     return false;
   }
-  if (result == Pacer::Result::rebased) {
-    loop.emit(events::ScheduleRebased{static_cast<double>(control_.pacer.figures().lag_ns) * 1e-9});
+  if (result == Pacer::Result::schedule_reset) {
+    loop.emit(events::ScheduleReset{static_cast<double>(control_.pacer.figures().lag_ns) * 1e-9});
   }
   control_.intake.collect();
   return true;

@@ -10,8 +10,8 @@
 #include <cstring>
 
 #include "idl/common/atomic_file.h"
+#include "idl/common/text.h"
 #include "server/simulation/model/model_hash.h"
-#include "server/simulation/model/state_hash.h"
 #include "server/simulation/step/simulation.h"
 
 namespace takt {
@@ -150,10 +150,10 @@ SnapshotResult check_identity(const std::filesystem::path& file, const SnapshotI
     return {SnapshotError::other_scenario, quoted(file) + " is of the scenario '" + found.scenario +
                                                "', but '" + wanted.scenario + "' is loaded"};
   if (found.model != wanted.model)
-    return {SnapshotError::other_scenario, quoted(file) + " is of another model (" + hash_text(found.model) +
-                                               ") of the scenario '" + wanted.scenario +
-                                               "' than the one loaded (" + hash_text(wanted.model) +
-                                               "): shapes, masses, constants and solver must be the same"};
+    return {SnapshotError::other_scenario,
+            quoted(file) + " is of another model (" + hexadecimal_text(found.model) + ") of the scenario '" +
+                wanted.scenario + "' than the one loaded (" + hexadecimal_text(wanted.model) +
+                "): shapes, masses, constants and solver must be the same"};
   return {};
 }
 

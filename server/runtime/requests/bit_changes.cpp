@@ -9,16 +9,25 @@ Vec3 vec3(const takt_msgs::msg::Vector3& v) {
   return {v.x, v.y, v.z};
 }
 
-}  // namespace
-
-std::string apply(const requests::SetLevelOfDetail& request, Simulation& simulation) {
-  return simulation.set_level_of_detail(simulation.description().find_process(request.process),
-                                        request.level);
+/// `reason`: of the simulation; empty: the change is made.
+BitChange changed(const std::string& reason, const char* refused, const events::OfLoop& event) {
+  if (reason.empty()) return event;
+  return refused + (": " + reason);
 }
 
-std::string apply(const requests::SetEntityState& request, Simulation& simulation) {
+}  // namespace
+
+BitChange apply(const requests::SetLevelOfDetail& request, Simulation& simulation) {
+  const int process = simulation.description().find_process(request.process);
+  return changed(simulation.set_level_of_detail(process, request.level_of_detail),
+                 "The level of detail stays as it is",
+                 events::LevelOfDetailChanged{process, request.level_of_detail});
+}
+
+BitChange apply(const requests::SetEntityState& request, Simulation& simulation) {
   if (!request.position && !request.orientation && !request.linear_velocity && !request.angular_velocity)
-    return "a position, an orientation, a linear_velocity or an angular_velocity is needed.";
+    return "It stays where it is: a position, an orientation, a linear_velocity or an angular_velocity is "
+           "needed.";
   const int part = simulation.description().find_component(request.entity);
   const ComponentSample now = simulation.make_snapshot().components[static_cast<std::size_t>(part)];
   Pose X_WB{now.q_WB.toRotationMatrix(), now.p_WB};
@@ -28,16 +37,19 @@ std::string apply(const requests::SetEntityState& request, Simulation& simulatio
     X_WB.R = Quat(q->w, q->x, q->y, q->z).normalized().toRotationMatrix();
   if (request.linear_velocity) V_WB.v = vec3(*request.linear_velocity);
   if (request.angular_velocity) V_WB.w = vec3(*request.angular_velocity);
-  return simulation.set_component_state(part, X_WB, V_WB);
+  return changed(simulation.set_component_state(part, X_WB, V_WB), "It stays where it is",
+                 events::EntityStateSet{part, {X_WB.p.x(), X_WB.p.y(), X_WB.p.z()}});
 }
 
-std::string apply(const requests::Attach& request, Simulation& simulation) {
+BitChange apply(const requests::Attach& request, Simulation& simulation) {
   const CellDescription& cell = simulation.description();
-  return simulation.attach(cell.find_component(request.part), cell.find_component(request.to));
+  const int part = cell.find_component(request.part), to = cell.find_component(request.to);
+  return changed(simulation.attach(part, to), "It was not attached", events::Attached{part, to});
 }
 
-std::string apply(const requests::Detach& request, Simulation& simulation) {
-  return simulation.detach(simulation.description().find_component(request.part));
+BitChange apply(const requests::Detach& request, Simulation& simulation) {
+  const int part = simulation.description().find_component(request.part);
+  return changed(simulation.detach(part), "It was not detached", events::Detached{part});
 }
 
 }  // namespace takt

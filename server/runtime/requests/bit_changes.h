@@ -1,18 +1,22 @@
 #pragma once
 // Execution of replayed requests (@request changes "bits") on a simulation between two steps, shared by the
-// step loop and the replay. All names are those of the cell. Empty on success, else a sentence with the
-// reason.
+// step loop and the replay. All names are those of the cell.
 #include <string>
+#include <variant>
 
+#include "takt_event_table.h"
 #include "takt_requests.h"
 
 namespace takt {
 
 class Simulation;
 
-std::string apply(const requests::SetLevelOfDetail& request, Simulation& simulation);
-std::string apply(const requests::SetEntityState& request, Simulation& simulation);
-std::string apply(const requests::Attach& request, Simulation& simulation);
-std::string apply(const requests::Detach& request, Simulation& simulation);
+/// The event of a change, or a sentence with the reason why nothing was changed.
+using BitChange = std::variant<events::OfLoop, std::string>;
+
+BitChange apply(const requests::SetLevelOfDetail& request, Simulation& simulation);
+BitChange apply(const requests::SetEntityState& request, Simulation& simulation);
+BitChange apply(const requests::Attach& request, Simulation& simulation);
+BitChange apply(const requests::Detach& request, Simulation& simulation);
 
 }  // namespace takt

@@ -64,10 +64,10 @@ Outcome<requests::GetEntities> entities(const requests::GetEntities& request, co
   requests::GetEntitiesResponse response;
   for (const ComponentDescription& c : cell.components) {
     if (!request.filter.empty() && !glob_match(request.filter, c.name)) continue;
-    if (request.category && *request.category != c.type) continue;
+    if (request.type && *request.type != c.type) continue;
     auto& entity = response.entities.emplace_back();
     entity.name = c.name;
-    entity.category = c.type;
+    entity.type = c.type;
     if (c.type != ComponentType::part) continue;
     entity.hierarchy = c.hierarchy;
     entity.mass = c.mass_kg;
@@ -84,7 +84,7 @@ Outcome<requests::GetEntityState> entity_state(int component, const Snapshot& sn
   const Quat& q = sample.q_WB;
   requests::GetEntityStateResponse state;
   state.entity = cell.components[index].name;
-  state.category = cell.components[index].type;
+  state.type = cell.components[index].type;
   state.position = vector_of(sample.p_WB);
   state.orientation = {q.x(), q.y(), q.z(), q.w()};
   state.linear_velocity = vector_of(sample.V_WB.v);
@@ -149,9 +149,13 @@ requests::ExplainedContact contact_of(const ExplainedContact& contact, Names& na
 
 requests::ExplainedPressure pressure_of(const ContactSample& pair, int component, Names& name) {
   const bool is_base = pair.base == component;
-  const double sign = is_base ? 1.0 : -1.0;
-  return {name(is_base ? pair.target : pair.base),
-          vector_of(sign * pair.F_base_W.f),
+  return {resultant_of(pair, is_base ? 1.0 : -1.0), name(is_base ? pair.target : pair.base)};
+}
+
+}  // namespace
+
+takt_msgs::msg::ContactResultant resultant_of(const ContactSample& pair, double sign) {
+  return {vector_of(sign * pair.F_base_W.f),
           vector_of(sign * pair.F_base_W.t),
           vector_of(pair.p_WC),
           static_cast<std::uint32_t>(pair.result.elements),
@@ -161,8 +165,6 @@ requests::ExplainedPressure pressure_of(const ContactSample& pair, int component
           pair.result.largest_pressure_Pa,
           pair.result.largest_penetration_m};
 }
-
-}  // namespace
 
 Outcome<requests::ExplainPart> explanation(const Explanation& e, const CellDescription& cell) {
   Names name(cell);
@@ -178,7 +180,7 @@ Outcome<requests::ExplainPart> explanation(const Explanation& e, const CellDescr
   explained.epoch = e.epoch;
   explained.decided_at = e.decided_at_s;
   explained.partner = name.if_any(e.decision.partner);
-  if (e.type == ComponentType::part) explained.rule = std::string(to_string(e.decision.rule));
+  if (e.type == ComponentType::part) explained.rule = e.decision.rule;
   explained.contacts_to_partner = e.decision.contacts;
   explained.rival = name.if_any(e.decision.rival);
   explained.contacts_to_rival = e.decision.rival_contacts;

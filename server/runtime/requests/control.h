@@ -61,6 +61,8 @@ requests::GetFeaturesResponse features();
 Outcome<requests::GetEntities> entities(const requests::GetEntities& request, const CellDescription& cell);
 Outcome<requests::GetEntityState> entity_state(int component, const Snapshot& snapshot,
                                                const CellDescription& cell);
+/// `sign`: 1 on the base, -1 on the target.
+takt_msgs::msg::ContactResultant resultant_of(const ContactSample& pair, double sign);
 Outcome<requests::ExplainPart> explanation(const Explanation& explanation, const CellDescription& cell);
 
 }  // namespace takt

@@ -140,7 +140,7 @@ events::OfLoop event_of(const MotionNotice& notice, const CellDescription& cell)
       return events::TrajectoryPast{notice.robot, notice.value};
     case MotionNotice::Kind::deadline_missed:
       return events::CommandDeadlineMissed{notice.robot, notice.value, robot.command_deadline.deadline_s,
-                                           robot.command_deadline.action == SafeAction::stop};
+                                           robot.command_deadline.action};
     case MotionNotice::Kind::trajectory_refused:
       break;
   }
@@ -189,8 +189,8 @@ EventText describe(const EventRecord& record, const CellDescription& cell) {
 }
 
 std::string_view words_of(SimulationState state) {
-  if (state == SimulationState::no_world) return "without a scenario";
-  if (state == SimulationState::loading_world) return "loading a scenario";
+  if (state == SimulationState::no_scenario) return "without a scenario";
+  if (state == SimulationState::loading_scenario) return "loading a scenario";
   return to_string(state);
 }
 

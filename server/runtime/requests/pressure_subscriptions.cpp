@@ -39,8 +39,8 @@ Outcome<requests::WatchPressures> PressureSubscriptions::watch(const requests::W
   const std::lock_guard lock(mutex_);
   std::erase_if(until_ns_, [&](const auto& watched) { return watched.second <= now_ns; });
   for (const std::size_t pair : pairs) {
-    if (request.for_s > 0.0)
-      until_ns_[pair] = now_ns + static_cast<std::int64_t>(request.for_s * 1e9);
+    if (request.duration > 0.0)
+      until_ns_[pair] = now_ns + static_cast<std::int64_t>(request.duration * 1e9);
     else
       until_ns_.erase(pair);
   }

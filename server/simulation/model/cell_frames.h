@@ -6,12 +6,11 @@
 #include <string>
 #include <vector>
 
+#include "idl/common/frames.h"
 #include "server/simulation/model/cell_description.h"
 #include "server/simulation/model/snapshot.h"
 
 namespace takt {
-
-inline constexpr const char* kWorldFrame = "world";
 
 /// Pose of a frame in its parent.
 struct CellFrame {

@@ -2,20 +2,10 @@
 // A 64-bit hash chained over the bits of successive states: equal hashes at a step mean equal bits in all
 // steps up to it. Not cryptographic.
 #include <bit>
-#include <cinttypes>
 #include <cstdint>
-#include <cstdio>
 #include <span>
-#include <string>
 
 namespace takt {
-
-/// The hash as text, as in all reports: "0x" and 16 digits.
-inline std::string hash_text(std::uint64_t hash) {
-  char text[19];
-  std::snprintf(text, sizeof text, "0x%016" PRIx64, hash);
-  return text;
-}
 
 class StateHash {
  public:

@@ -15,7 +15,7 @@ ExactSleeping::ExactSleeping(const std::vector<Component>& components, std::vect
       index_of_(components.size(), -1),
       groups_(parts_.size()),
       holds_awake_(parts_.size(), 0),
-      resting_(parts_.size(), 0) {
+      asleep_(parts_.size(), 0) {
   for (std::size_t i = 0; i < parts_.size(); ++i)
     index_of_[static_cast<std::size_t>(parts_[i])] = static_cast<int>(i);
   awake_.reserve(parts_.size());
@@ -24,17 +24,17 @@ ExactSleeping::ExactSleeping(const std::vector<Component>& components, std::vect
 }
 
 void ExactSleeping::wake_all() {
-  std::fill(resting_.begin(), resting_.end(), 0);
+  std::fill(asleep_.begin(), asleep_.end(), 0);
   groups_valid_ = false;
   list_awake();
 }
 
 void ExactSleeping::save(StateWriter& out) const {
-  for (const char resting : resting_) out.put(resting != 0);
+  for (const char asleep : asleep_) out.put(asleep != 0);
 }
 
 void ExactSleeping::load(StateReader& in, const ComponentInteraction& interaction) {
-  for (char& resting : resting_) resting = in.flag("'rests'") ? 1 : 0;
+  for (char& asleep : asleep_) asleep = in.flag("'asleep'") ? 1 : 0;
   rebuild_groups(interaction);  // they follow from the connections
   list_awake();
 }
@@ -43,7 +43,7 @@ void ExactSleeping::list_awake() {
   awake_.clear();
   awake_indices_.clear();
   for (std::size_t i = 0; i < parts_.size(); ++i) {
-    if (resting_[i] != 0) continue;
+    if (asleep_[i] != 0) continue;
     awake_.push_back(parts_[i]);
     awake_indices_.push_back(static_cast<int>(i));
   }
@@ -72,8 +72,8 @@ bool ExactSleeping::wake_changed(const ComponentInteraction& interaction) {
       holds_awake_[static_cast<std::size_t>(groups_.root(place))] = 1;
     }
     for (std::size_t i = 0; i < parts_.size(); ++i) {
-      if (resting_[i] == 0 || holds_awake_[groups_.root(i)] == 0) continue;
-      resting_[i] = 0;
+      if (asleep_[i] == 0 || holds_awake_[groups_.root(i)] == 0) continue;
+      asleep_[i] = 0;
       woken = true;
     }
   };
@@ -104,7 +104,7 @@ bool ExactSleeping::rest_unchanged(const ComponentInteraction& interaction, std:
   for (const int i : awake_indices_) {
     const auto place = static_cast<std::size_t>(i);
     if (holds_awake_[groups_.root(place)] != 0) continue;
-    resting_[place] = 1;
+    asleep_[place] = 1;
     rested = true;
   }
   if (rested) list_awake();

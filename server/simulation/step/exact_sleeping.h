@@ -33,8 +33,8 @@ class ExactSleeping {
 
   /// For another rule of sleeping (threshold_sleeping.h): sets whether the Part at this place is left out;
   /// call list_awake() after the last one.
-  void set_resting(std::size_t place, bool resting) { resting_[place] = resting ? 1 : 0; }
-  bool is_resting(std::size_t place) const { return resting_[place] != 0; }
+  void set_asleep(std::size_t place, bool asleep) { asleep_[place] = asleep ? 1 : 0; }
+  bool is_asleep(std::size_t place) const { return asleep_[place] != 0; }
   void list_awake();
   /// Place of a component, or -1 if it is not a Part.
   int place_of(int component) const { return index_of_[static_cast<std::size_t>(component)]; }
@@ -57,7 +57,7 @@ class ExactSleeping {
   DisjointSets groups_;        ///< of places
   /// By lowest place of a group: a Gripper holds the group, or a state changed.
   std::vector<char> holds_awake_;
-  std::vector<char> resting_;  ///< by place
+  std::vector<char> asleep_;  ///< by place
   std::vector<int> awake_, awake_indices_;
   bool groups_valid_ = false;
 };

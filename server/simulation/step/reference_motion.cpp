@@ -173,12 +173,12 @@ void ReferenceMotion::advance(double t, std::uint64_t step, bool watch) {
   }
   const CommandDeadline& limit = description_.command_deadline;
   if (watch && r.streams && limit.deadline_s > 0.0) {
-    const double silent_s = t - r.newest_s;
+    const double silence_s = t - r.newest_s;
     const bool stops = limit.action == SafeAction::stop;
-    bool ends = silent_s >= limit.deadline_s - kRounding_s;
-    if (stops && !ends && silent_s >= r.period_s - kRounding_s) ends = !goes_on(t);
+    bool ends = silence_s >= limit.deadline_s - kRounding_s;
+    if (stops && !ends && silence_s >= r.period_s - kRounding_s) ends = !goes_on(t);
     if (ends) {
-      note({.kind = MotionNotice::Kind::deadline_missed, .value = silent_s}, t, step);
+      note({.kind = MotionNotice::Kind::deadline_missed, .value = silence_s}, t, step);
       r.streams = false;
       kinematics_.set_feed_forward(nullptr);
       if (stops) brake_from(t);

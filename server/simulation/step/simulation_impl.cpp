@@ -27,8 +27,8 @@ Simulation::Impl::Impl(std::shared_ptr<const CellModel> cell_model)
       grip_loads(*model),
       alternation(*model),
       plant(*model, interaction, &contacts),
-      resting(model->components, part_bodies(*model)),
-      calm(model->components, model->contact.sleeping, model->step_s, contacts, resting),
+      exact_sleeping(model->components, part_bodies(*model)),
+      threshold_sleeping(model->components, model->contact.sleeping, model->step_s, contacts, exact_sleeping),
       part_hashes(model->parts.size(), 0),
       robot_commands(model->robots.size()),
       gripper_commands(model->grippers.size()),
@@ -60,8 +60,8 @@ void Simulation::Impl::start() {
   }
   choose_forces();
   plant.reset();
-  resting.wake_all();
-  calm.wake_all();
+  exact_sleeping.wake_all();
+  threshold_sleeping.wake_all();
   std::fill(part_hashes.begin(), part_hashes.end(), 0);
   parts_hash = 0;
   grasping.reset();
@@ -131,8 +131,8 @@ void Simulation::Impl::regroup(const std::vector<int>& robot_levels) {
   refresh_motion();
   choose_forces();
   plant.change_levels(robot_levels, time());
-  resting.wake_all();
-  calm.wake_all();
+  exact_sleeping.wake_all();
+  threshold_sleeping.wake_all();
   alternation.pause();
   motion_is_current = false;
   choose_grippers();
@@ -153,8 +153,8 @@ void Simulation::Impl::find_near() {
 }
 
 void Simulation::Impl::wake_all() {
-  resting.wake_all();
-  calm.wake_all();
+  exact_sleeping.wake_all();
+  threshold_sleeping.wake_all();
   system().wake_all();
 }
 
@@ -240,9 +240,9 @@ void Simulation::Impl::update_connections() {
   for (const auto& mechanism : mechanisms)
     mechanism_let_go |= mechanism->update(model->step_s, system().motion(), plant, interaction);
   history.note(time(), step_index, interaction.changes());
-  const bool changed = resting.wake_changed(interaction);
-  const bool reached = contacts.any_acting() && calm.wake_reached(system().motion());
-  if (changed || reached) system().set_awake(resting.awake());
+  const bool changed = exact_sleeping.wake_changed(interaction);
+  const bool reached = contacts.any_acting() && threshold_sleeping.wake_reached(system().motion());
+  if (changed || reached) system().set_awake(exact_sleeping.awake());
   if (reached || !interaction.disturbed().empty()) plant.integrator().restart();
   // Changes at the initial state belong to the first step.
   if (step_index > 0) changes.clear();
@@ -250,7 +250,8 @@ void Simulation::Impl::update_connections() {
     changes.push_back({time(), step_index, change.part, change.from, change.to});
   }
   if (monitor) check_clearances();
-  if (std::string why = watch.look(time(), resting.awake_indices(), system().motion(), interaction, plant);
+  if (std::string why =
+          watch.look(time(), exact_sleeping.awake_indices(), system().motion(), interaction, plant);
       !why.empty())
     fault = std::move(why);
 }
@@ -270,7 +271,7 @@ bool Simulation::Impl::accept() {
       if (!(std::abs(x[i]) < kLargestState)) return diverged(i);
   }
   ++step_index;
-  statistics.part_steps_skipped += model->parts.size() - resting.awake().size();
+  statistics.part_steps_skipped += model->parts.size() - exact_sleeping.awake().size();
   hash_parts();
   // A force element may set a Part at rest in motion.
   const bool may_sleep = plant.force_elements().empty();
@@ -280,7 +281,8 @@ bool Simulation::Impl::accept() {
   if (may_sleep && model->contact.sleeping.enabled && plant.integrator().one_step() &&
       contacts.any_acting()) {
     refresh_motion();
-    if (calm.fall_asleep(interaction, system().motion())) system().set_awake(resting.awake());
+    if (threshold_sleeping.fall_asleep(interaction, system().motion()))
+      system().set_awake(exact_sleeping.awake());
   }
   hash_robots();
   return true;
@@ -307,7 +309,7 @@ void Simulation::Impl::hash_robots() {
 }
 
 void Simulation::Impl::hash_parts() {
-  for (const int i : resting.awake_indices()) {
+  for (const int i : exact_sleeping.awake_indices()) {
     const auto part = static_cast<std::size_t>(i);
     StateHash own;
     own.add(static_cast<std::uint64_t>(part));
@@ -330,10 +332,11 @@ void Simulation::Impl::rest() {
   const auto parts_of = [this](const std::vector<double>& x) {
     return std::span<const double>(x).subspan(plant.parts_begin());
   };
-  if (!resting.rest_unchanged(interaction, parts_of(plant.accepted()), parts_of(plant.state()))) return;
+  if (!exact_sleeping.rest_unchanged(interaction, parts_of(plant.accepted()), parts_of(plant.state())))
+    return;
   // The motion is still that of the solver's last trial; Parts at rest keep theirs.
   system().update_motion(time(), plant.state());
-  system().set_awake(resting.awake());
+  system().set_awake(exact_sleeping.awake());
 }
 
 bool Simulation::Impl::overlaps_at_start() {

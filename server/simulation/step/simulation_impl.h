@@ -118,8 +118,8 @@ struct Simulation::Impl {
   std::vector<std::unique_ptr<PartMechanism>> mechanisms;
   bool mechanism_let_go = false;  ///< attachments changed in the last step
   CellPlant plant;
-  ExactSleeping resting;
-  ThresholdSleeping calm;
+  ExactSleeping exact_sleeping;
+  ThresholdSleeping threshold_sleeping;
   std::vector<std::uint64_t> part_hashes;
   std::uint64_t parts_hash = 0;
   std::vector<CommandCounter> robot_commands, gripper_commands, device_commands;

@@ -79,8 +79,8 @@ void Simulation::Impl::save(std::vector<std::byte>& bytes) {
     grip_loads.save(out);
     alternation.save(out);
   });
-  out.section("REST", [&] { resting.save(out); });
-  out.section("CALM", [&] { calm.save(out); });
+  out.section("SLPE", [&] { exact_sleeping.save(out); });
+  out.section("SLPT", [&] { threshold_sleeping.save(out); });
   out.section("HIST", [&] { history.save(out); });
   out.section("CLRN", [&] {
     if (monitor) monitor->save(out);
@@ -151,8 +151,8 @@ void Simulation::Impl::load(std::span<const std::byte> bytes) {
     grip_loads.load(in);
     alternation.load(in);
   });
-  all.section("REST", [&](StateReader& in) { resting.load(in, interaction); });
-  all.section("CALM", [&](StateReader& in) { calm.load(in); });
+  all.section("SLPE", [&](StateReader& in) { exact_sleeping.load(in, interaction); });
+  all.section("SLPT", [&](StateReader& in) { threshold_sleeping.load(in); });
   all.section("HIST", [&](StateReader& in) { history.load(in); });
   all.section("CLRN", [&](StateReader& in) {
     if (monitor) monitor->load(in);
@@ -167,7 +167,7 @@ void Simulation::Impl::load(std::span<const std::byte> bytes) {
   statistics = {};
   motion_is_current = false;
   refresh_motion();  // of all models, including those that will sleep
-  if (resting.awake().size() < model->parts.size()) system().set_awake(resting.awake());
+  if (exact_sleeping.awake().size() < model->parts.size()) system().set_awake(exact_sleeping.awake());
 }
 
 std::unique_ptr<Simulation::Impl> Simulation::Impl::loaded(const std::shared_ptr<const CellModel>& model,

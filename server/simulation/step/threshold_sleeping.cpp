@@ -19,22 +19,22 @@ constexpr double kStepsToJoin = 3.0;
 
 ThresholdSleeping::ThresholdSleeping(const std::vector<Component>& components,
                                      const SleepingParameters& parameters, double step_s,
-                                     ContactInteraction& contacts, ExactSleeping& resting)
+                                     ContactInteraction& contacts, ExactSleeping& exact)
     : components_(components),
       parameters_(parameters),
       step_s_(step_s),
       steps_(std::max(kLeastSteps, static_cast<int>(std::ceil(parameters.time_to_sleep_s / step_s - 1e-9)))),
       contacts_(contacts),
-      resting_(resting),
-      calm_(resting.parts().size(), 0),
-      group_(calm_.size(), -1),
-      near_(calm_.size()),
-      kept_up_(calm_.size(), 0),
-      may_sleep_(calm_.size(), 0),
+      exact_(exact),
+      slow_steps_(exact.parts().size(), 0),
+      group_(slow_steps_.size(), -1),
+      near_(slow_steps_.size()),
+      kept_up_(slow_steps_.size(), 0),
+      may_sleep_(slow_steps_.size(), 0),
       asleep_(components.size(), 0) {}
 
 void ThresholdSleeping::wake_all() {
-  std::fill(calm_.begin(), calm_.end(), 0);
+  std::fill(slow_steps_.begin(), slow_steps_.end(), 0);
   std::fill(group_.begin(), group_.end(), -1);
   std::fill(asleep_.begin(), asleep_.end(), 0);
   sleeping_ = 0;
@@ -43,22 +43,21 @@ void ThresholdSleeping::wake_all() {
   for (std::size_t i = 0; i < contacts_.pair_count(); ++i) {
     if (!contacts_.acting(i)) continue;
     for (const int end : {contacts_.pair(i).base, contacts_.pair(i).target})
-      if (const int place = resting_.place_of(end); place >= 0)
-        may_sleep_[static_cast<std::size_t>(place)] = 1;
+      if (const int place = exact_.place_of(end); place >= 0) may_sleep_[static_cast<std::size_t>(place)] = 1;
   }
 }
 
 void ThresholdSleeping::save(StateWriter& out) const {
-  for (std::size_t i = 0; i < calm_.size(); ++i) out.put(calm_[i]), out.put(group_[i]);
+  for (std::size_t i = 0; i < slow_steps_.size(); ++i) out.put(slow_steps_[i]), out.put(group_[i]);
 }
 
 void ThresholdSleeping::load(StateReader& in) {
   wake_all();
-  for (std::size_t i = 0; i < calm_.size(); ++i) {
-    calm_[i] = in.integer<int>(0, steps_, "steps that a Part was calm");
+  for (std::size_t i = 0; i < slow_steps_.size(); ++i) {
+    slow_steps_[i] = in.integer<int>(0, steps_, "steps that a Part was slow");
     group_[i] = in.integer<int>(-1, static_cast<int>(group_.size()) - 1, "a group of sleeping Parts");
     if (group_[i] < 0) continue;
-    asleep_[static_cast<std::size_t>(resting_.parts()[i])] = 1;
+    asleep_[static_cast<std::size_t>(exact_.parts()[i])] = 1;
     ++sleeping_;
   }
   contacts_.set_asleep(asleep_);
@@ -98,13 +97,13 @@ bool ThresholdSleeping::wake_reached(const CellMotion& motion) {
     any = true;
   };
   for (std::size_t i = 0; i < group_.size(); ++i)
-    if (group_[i] >= 0 && !resting_.is_resting(i)) wake(static_cast<int>(i));
+    if (group_[i] >= 0 && !exact_.is_asleep(i)) wake(static_cast<int>(i));
   for (const std::size_t pair : contacts_.near()) {
     const ContactPairModel& ends = contacts_.pair(pair);
     const int sleeper = asleep(ends.base) ? ends.base : ends.target;
     const int other = sleeper == ends.base ? ends.target : ends.base;
     if (asleep(sleeper) && moves(other) && may_meet(pair, motion, kStepsToWake))
-      wake(resting_.place_of(sleeper));
+      wake(exact_.place_of(sleeper));
   }
   if (!any) return false;
   for (std::size_t i = 0; i < woken.size(); ++i) {
@@ -113,13 +112,13 @@ bool ThresholdSleeping::wake_reached(const CellMotion& motion) {
     for (std::size_t k = 0; k < group_.size(); ++k) {
       if (group_[k] != group) continue;
       group_[k] = -1;
-      calm_[k] = 0;
-      resting_.set_resting(k, false);
-      asleep_[static_cast<std::size_t>(resting_.parts()[k])] = 0;
+      slow_steps_[k] = 0;
+      exact_.set_asleep(k, false);
+      asleep_[static_cast<std::size_t>(exact_.parts()[k])] = 0;
       --sleeping_;
     }
   }
-  resting_.list_awake();
+  exact_.list_awake();
   contacts_.set_asleep(asleep_);
   return true;
 }
@@ -129,10 +128,10 @@ void ThresholdSleeping::find_groups(const ComponentInteraction& interaction, con
   near_.reset();
   std::fill(kept_up_.begin(), kept_up_.end(), 0);
   // First for the Parts themselves, then for the roots.
-  for (const int place : resting_.awake_indices())
-    if (calm_[static_cast<std::size_t>(place)] < steps_) kept_up_[static_cast<std::size_t>(place)] = 1;
+  for (const int place : exact_.awake_indices())
+    if (slow_steps_[static_cast<std::size_t>(place)] < steps_) kept_up_[static_cast<std::size_t>(place)] = 1;
   const auto together = [this](int a, int b) {
-    const int place = resting_.place_of(a), other = resting_.place_of(b);
+    const int place = exact_.place_of(a), other = exact_.place_of(b);
     if (place >= 0 && other >= 0)
       near_.join(place, other);
     else if (moves(place >= 0 ? b : a))  // a Gripper
@@ -140,45 +139,45 @@ void ThresholdSleeping::find_groups(const ComponentInteraction& interaction, con
   };
   for (const std::size_t pair : contacts_.near()) {
     const ContactPairModel& ends = contacts_.pair(pair);
-    if (resting_.place_of(ends.base) < 0 && resting_.place_of(ends.target) < 0) continue;
+    if (exact_.place_of(ends.base) < 0 && exact_.place_of(ends.target) < 0) continue;
     if (!moves(ends.base) && !moves(ends.target)) continue;
     // A sleeping component was not near when it fell asleep, and wakes before another one comes near.
     if (asleep(ends.base) || asleep(ends.target)) continue;
     if (may_meet(pair, motion, kStepsToJoin)) together(ends.base, ends.target);
   }
-  for (const int part : resting_.awake())
+  for (const int part : exact_.awake())
     for (const PairConnection& pair : interaction.connections_of(part))
       together(part, pair.connection.partner);
-  for (const int place : resting_.awake_indices())
+  for (const int place : exact_.awake_indices())
     if (kept_up_[static_cast<std::size_t>(place)] != 0)
       kept_up_[static_cast<std::size_t>(near_.root(place))] = 1;
 }
 
 bool ThresholdSleeping::fall_asleep(const ComponentInteraction& interaction, const CellMotion& motion) {
-  bool any_calm = false;
-  for (const int place : resting_.awake_indices()) {
-    int& calm = calm_[static_cast<std::size_t>(place)];
-    const int part = resting_.parts()[static_cast<std::size_t>(place)];
+  bool any_slow = false;
+  for (const int place : exact_.awake_indices()) {
+    int& slow_steps = slow_steps_[static_cast<std::size_t>(place)];
+    const int part = exact_.parts()[static_cast<std::size_t>(place)];
     const bool slow = may_sleep_[static_cast<std::size_t>(place)] != 0 &&
                       speed_m_per_s(part, motion) < parameters_.speed_m_per_s;
-    calm = slow ? std::min(calm + 1, steps_) : 0;
-    any_calm = any_calm || calm == steps_;
+    slow_steps = slow ? std::min(slow_steps + 1, steps_) : 0;
+    any_slow = any_slow || slow_steps == steps_;
   }
-  if (!any_calm) return false;
+  if (!any_slow) return false;
   find_groups(interaction, motion);
   bool changed = false;
-  for (const int index : resting_.awake_indices()) {
+  for (const int index : exact_.awake_indices()) {
     const int group = near_.root(index);
     if (kept_up_[static_cast<std::size_t>(group)] != 0) continue;
     const auto place = static_cast<std::size_t>(index);
     group_[place] = group;
-    resting_.set_resting(place, true);
-    asleep_[static_cast<std::size_t>(resting_.parts()[place])] = 1;
+    exact_.set_asleep(place, true);
+    asleep_[static_cast<std::size_t>(exact_.parts()[place])] = 1;
     ++sleeping_;
     changed = true;
   }
   if (!changed) return false;
-  resting_.list_awake();
+  exact_.list_awake();
   contacts_.set_asleep(asleep_);
   return true;
 }

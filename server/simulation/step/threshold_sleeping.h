@@ -29,21 +29,21 @@ class StateWriter;
 
 class ThresholdSleeping {
  public:
-  /// All arguments must outlive it. Sleeping Parts are stored in `resting`, whose list of awake Parts counts.
+  /// All arguments must outlive it. Sleeping Parts are stored in `exact`, whose list of awake Parts counts.
   ThresholdSleeping(const std::vector<Component>& components, const SleepingParameters& parameters,
-                    double step_s, ContactInteraction& contacts, ExactSleeping& resting);
+                    double step_s, ContactInteraction& contacts, ExactSleeping& exact);
 
   /// Wakes all Parts, after a reset or a change of levels, once the pairs with surface contact are chosen.
-  /// The caller wakes `resting` too.
+  /// The caller wakes `exact` too.
   void wake_all();
-  /// Before a step, at its poses: wakes groups with a Part that `resting` has woken, and groups within reach
+  /// Before a step, at its poses: wakes groups with a Part that `exact` has woken, and groups within reach
   /// of a moving component. True if the awake Parts changed.
   bool wake_reached(const CellMotion& motion);
   /// After a step, at its poses and twists. True if the awake Parts changed.
   bool fall_asleep(const ComponentInteraction& interaction, const CellMotion& motion);
 
   void save(StateWriter& out) const;
-  /// `resting` and the contacts must be loaded first.
+  /// `exact` and the contacts must be loaded first.
   void load(StateReader& in);
 
  private:
@@ -56,10 +56,10 @@ class ThresholdSleeping {
   const std::vector<Component>& components_;
   SleepingParameters parameters_;
   double step_s_;
-  int steps_;  ///< that a Part must have been calm
+  int steps_;  ///< that a Part must have been slow
   ContactInteraction& contacts_;
-  ExactSleeping& resting_;
-  std::vector<int> calm_;        ///< by place: steps since its speed was above the limit
+  ExactSleeping& exact_;
+  std::vector<int> slow_steps_;  ///< by place: steps since its speed was above the limit
   std::vector<int> group_;       ///< by place: of sleeping Parts, the first place of its group; else -1
   DisjointSets near_;            ///< places, while groups are found
   std::vector<char> kept_up_;    ///< by root: a Part of the group is not at rest, or a component is near

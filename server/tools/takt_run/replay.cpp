@@ -7,9 +7,9 @@
 #include <nlohmann/json.hpp>
 
 #include "idl/command_line/numbers.h"
+#include "idl/common/text.h"
 #include "server/geometry/convex/decomposition_cache.h"
 #include "server/runtime/loop/worker_pool.h"
-#include "server/simulation/model/state_hash.h"
 #include "server/tools/takt_run/commands.h"
 
 namespace takt::tool {
@@ -41,7 +41,7 @@ int run_replay(const ReplayArguments& a) {
                                 {"requests", result.requests},
                                 {"checkpoints", result.checkpoints},
                                 {"last_step", result.step},
-                                {"state_hash", hash_text(result.state_hash)}}
+                                {"state_hash", hexadecimal_text(result.state_hash)}}
                      .dump(2)
               << '\n';
   else if (!same)
@@ -52,7 +52,7 @@ int run_replay(const ReplayArguments& a) {
               << result.requests << " requests.\n"
               << (result.early_end.empty() ? "" : "Note: " + result.early_end + ".\n")
               << "The same bits at all " << result.checkpoints << " checkpoints; the last one: step "
-              << result.step << ", state hash " << hash_text(result.state_hash) << ".\n";
+              << result.step << ", state hash " << hexadecimal_text(result.state_hash) << ".\n";
   return same ? kDone : kFailed;
 }
 

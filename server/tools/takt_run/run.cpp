@@ -27,7 +27,8 @@ namespace {
 struct RunArguments {
   ScenarioArguments scenario;
   McapRecordingOptions recording;
-  std::string pace = "free", program, report, html, junit, csv, mcap, mcap_compression = "zstd", picture_view;
+  std::string pace{to_string(Pace::free)};
+  std::string program, report, html, junit, csv, mcap, mcap_compression = "zstd", picture_view;
   std::vector<std::string> pictures;
   std::optional<double> duration_s, csv_period_s, mcap_period_s;
   int threads = 1;
@@ -181,7 +182,7 @@ void declare_run(CLI::App& app, int& result) {
   const auto positive = command_line::positive();
   option("--duration", a.duration_s, "simulated time (s); default: the scenario's")->check(positive);
   option("--pace", a.pace, "free (as fast as possible) or realtime")
-      ->check(CLI::IsMember({"free", "realtime"}));
+      ->check(CLI::IsMember({std::string(to_string(Pace::free)), std::string(to_string(Pace::realtime))}));
   option("--factor", a.recording.factor, "simulated seconds per second in realtime pace")->check(positive);
   option("--program", a.program, "controller program in place of the scenario's");
   add_threads(*command, a.threads);
@@ -196,6 +197,8 @@ void declare_run(CLI::App& app, int& result) {
   option("--mcap-compression", a.mcap_compression, "zstd (smallest), lz4 or none")
       ->check(CLI::IsMember({"zstd", "lz4", "none"}));
   option("--mcap-pressures", a.recording.pressures, "record pressures of pairs too (level of detail 3)")
+      ->delimiter(',')
+      ->allow_extra_args(false)
       ->option_text("BASE-TARGET,... (* for any characters)");
   add_repeatable(*command, "--picture", a.pictures, "FILE.png@T", "a picture of the cell at the time T (s)");
   option("--picture-view", a.picture_view, "where pictures are taken from, and their middle (m)")

@@ -26,7 +26,7 @@ class HeldLock {
   int fd_;
 };
 
-TEST(SharedMemoryRemains, OnlyFilesWithoutAnOwnerAreRemoved) {
+TEST(StaleSharedMemory, OnlyFilesWithoutAnOwnerAreRemoved) {
   const test::TemporaryDirectory directory;
   const auto make = [&](const std::string& name) { std::ofstream(directory / name) << "x"; };
   const auto names = [&] {
@@ -44,13 +44,13 @@ TEST(SharedMemoryRemains, OnlyFilesWithoutAnOwnerAreRemoved) {
   const HeldLock owner(directory / "fastrtps_alive_el", LOCK_EX);
   const HeldLock port(directory / "fastrtps_port7413_el", LOCK_EX);
   const HeldLock writer(directory / "fastrtps_port7400_sl", LOCK_SH);
-  EXPECT_EQ(remove_shared_memory_remains(directory / "", 60.0), 0U) << "all are new";
-  EXPECT_EQ(remove_shared_memory_remains(directory / "", 0.0), 5U);
+  EXPECT_EQ(remove_stale_shared_memory(directory / "", 60.0), 0U) << "all are new";
+  EXPECT_EQ(remove_stale_shared_memory(directory / "", 0.0), 5U);
   EXPECT_EQ(names(), (std::set<std::string>{"fastrtps_alive", "fastrtps_alive_el", "fastrtps_port7413",
                                             "fastrtps_port7413_el", "sem.fastrtps_port7413_mutex",
                                             "fastrtps_port7400", "fastrtps_port7400_el",
                                             "fastrtps_port7400_sl", "other_el", "fastrtps_without_lock"}));
-  EXPECT_EQ(remove_shared_memory_remains(directory / "nowhere", 0.0), 0U);
+  EXPECT_EQ(remove_stale_shared_memory(directory / "nowhere", 0.0), 0U);
 }
 
 }  // namespace
