@@ -46,7 +46,7 @@ TEST(HostRequests, ALoadHasFileOverridesAndLevel) {
 
 TEST(HostRequests, AWatchHasPairsAndADuration) {
   const auto watch = action<requests::WatchPressures>({{"pairs", "P-*, O-P"}, {"duration", "2.5"}});
-  EXPECT_EQ(watch.pairs, "P-*, O-P");
+  EXPECT_EQ(watch.pairs, (std::vector<std::string>{"P-*", "O-P"}));
   EXPECT_EQ(watch.duration, 2.5);
   EXPECT_EQ(action<requests::WatchPressures>({{"pairs", "*"}}).duration, 10.0);
   expect_failure("watch_pressures", {}, "'pairs'");

@@ -87,10 +87,10 @@ TEST(Overload, AnOverloadIsCaughtUpOrRebasedWithoutALostStep) {
   EXPECT_EQ(reader.status->schedule_resets, moved);
   std::size_t reported = 0;
   for (const EventRecord& event : reader.events) {
-    const auto* moved = std::get_if<events::ScheduleReset>(&event.event);
-    if (moved == nullptr) continue;
+    const auto* reset = std::get_if<events::ScheduleReset>(&event.event);
+    if (reset == nullptr) continue;
     ++reported;
-    EXPECT_NEAR(moved->lag, 0.160, 1e-3) << describe(event, loop.cell()).message;
+    EXPECT_NEAR(reset->lag, 0.160, 1e-3) << describe(event, loop.cell()).message;
   }
   EXPECT_EQ(reported, moved);
 }
