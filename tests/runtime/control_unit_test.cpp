@@ -135,7 +135,7 @@ TEST_F(ControlTest, LevelsOfDetailAreChecked) {
   expect_failure("set_level_of_detail", {{"process", "assembly"}},
                  "needs the argument 'level_of_detail', a whole number from 1 to 3");
   expect_failure("set_level_of_detail", {{"level_of_detail", "2"}, {"robot", "Robot1"}},
-                 "no argument 'robot'; it takes level, process");
+                 "no argument 'robot'; it takes level_of_detail, process");
   const Refusal reply = refusal("set_level_of_detail", {{"level_of_detail", "2"}, {"process", "welding"}});
   EXPECT_EQ(reply.result, ControlResult::not_found);
   EXPECT_EQ(reply.message, "There is no process 'welding' in this cell; it has all, assembly, packing.");

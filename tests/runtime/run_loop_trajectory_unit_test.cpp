@@ -65,8 +65,8 @@ TEST(RunLoopTrajectory, SilenceIsReportedOutsideOfLockstep) {
   ASSERT_TRUE(missed);
   EXPECT_NEAR(missed->time_s, 0.05, 1e-9);
   EXPECT_EQ(describe(*missed, loop.cell()).message,
-            "No set-point arrived for Robot1 for 0.05 s (simulated); allowed are 0.05 s. It holds the last "
-            "set-point.");
+            "No set-point arrived for Robot1 for 0.05 s (simulated); allowed are 0.05 s. Its safe action "
+            "follows: hold.");
   loop.stop();
 }
 
