@@ -46,7 +46,7 @@ void print(const std::string& name, const GripperState& gripper, const std::stri
 void print(const State& s) {
   const CellInfo& info = *s.cell;
   std::printf("time %.3f s, step %llu, epoch %u, hash %s\n\n", s.time,
-              static_cast<unsigned long long>(s.step), s.epoch, recording::hexadecimal(s.state_hash).c_str());
+              static_cast<unsigned long long>(s.step), s.epoch, hexadecimal(s.state_hash).c_str());
   std::printf("%-24s %10s %10s %10s   %8s %8s %8s   %-10s %s\n", "component", "x [m]", "y [m]", "z [m]",
               "roll [°]", "pitch", "yaw", "state", "held by");
   for (std::size_t i = 0; i < s.components.size(); ++i) {
