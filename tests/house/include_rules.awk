@@ -71,7 +71,7 @@ BEGIN {
   may["server/server_main.cpp"] = "plant_models/ server/ idl/"
   may["server/tools/"] = "server/runtime/ server/tools/ idl/command_line/ " may["server/headless/"]
   may["client_lib/kinematics/"] = plant " client_lib/kinematics/ GENERATED"
-  may["client_lib/controller/"] = plant " client_lib/kinematics/ client_lib/controller/"
+  may["client_lib/controller/"] = plant " client_lib/kinematics/ client_lib/controller/ GENERATED"
   may["client_lib/render/"] = plant " client_lib/render/"
   may["client_lib/recording/"] = "idl/common/ client_lib/recording/ GENERATED"
   may["client_lib/"] = plant " client_lib/ idl/transport/ idl/ GENERATED"
