@@ -325,7 +325,8 @@ def find_gaps(reader):
     """What the types of takt's own modules leave unsaid: a field without meaning, a number without unit."""
     for file in reader.files.values():
         for struct in file.structs:
-            if struct.scope not in (("takt_msgs", "msg"), ("takt", "requests"), ("takt", "events")) or struct.has("quantity"):
+            if struct.scope not in (("takt_msgs", "msg"), ("takt", "requests"), ("takt", "events"),
+                                    ("takt", "player"), ("takt_player", "msg")) or struct.has("quantity"):
                 continue
             for one in struct.fields:
                 where = f"{file.path}:{one.line}: {struct.name}.{one.name}"

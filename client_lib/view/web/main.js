@@ -213,7 +213,7 @@ function rows() {
         const label = element('label', `${name} LoD `), choice = element('select', '');
         for (const n of [1, 2, 3]) choice.append(new Option(n, n, false, n === level));
         choice.disabled = $('play').disabled;
-        choice.onchange = () => ask('set_level_of_detail', {level: choice.value, process: name});
+        choice.onchange = () => ask('set_level_of_detail', {level: Number(choice.value), process: name});
         label.append(choice);
         return label;
       }));
@@ -269,11 +269,11 @@ function ask(request, args) {
 const on = (id, request, args = () => ({})) => { $(id).onclick = () => ask(request, args()).catch(() => {}); };
 on('play', 'set_state', () => ({state: 'playing'}));
 on('pause', 'set_state', () => ({state: 'paused'}));
-on('step', 'step', () => ({steps: $('steps').value}));
+on('step', 'step', () => ({steps: Number($('steps').value)}));
 on('reset', 'reset');
 $('pace').onchange = $('factor').onchange = () =>
-  ask('set_pace', {pace: $('pace').value, ...($('pace').value === 'realtime' ? {factor: $('factor').value} : {})}).catch(() => {});
-$('position').oninput = () => ask('seek', {position: String($('position').value * (playback?.duration ?? 0))}).catch(() => {});
+  ask('set_pace', {pace: $('pace').value, ...($('pace').value === 'realtime' ? {factor: Number($('factor').value)} : {})}).catch(() => {});
+$('position').oninput = () => ask('seek', {position: $('position').value * (playback?.duration ?? 0)}).catch(() => {});
 $('add-plot').onclick = () => { plots.add($('signal').value.trim()); $('signal').value = ''; };
 
 // --- pressures ------------------------------------------------------------------------------------------------------
@@ -292,7 +292,7 @@ function pressureLegend(pairs) {
 // The server sends pressures while a client repeats its request. A recording has the pressures that were requested during it.
 function askForPressures() {
   const pairs = $('pressure').value;
-  if (pairs && !playback && link.service && !$('play').disabled) ask('watch_pressures', {pairs, for_s: '15'}).catch(() => {});
+  if (pairs && !playback && link.service && !$('play').disabled) ask('watch_pressures', {pairs, for_s: 15}).catch(() => {});
 }
 setInterval(askForPressures, 5000);
 $('pressure').onchange = () => {
