@@ -9,8 +9,13 @@
 
 #include "client_lib/controller/program.h"
 #include "client_lib/controller/robot_driver.h"
+#include "idl/common/named_lists.h"
 
 namespace takt::controller {
+
+using takt_msgs::msg::CellDescription;
+using takt_msgs::msg::CellState;
+using takt_msgs::msg::GripperDescription;
 
 namespace {
 
@@ -21,19 +26,21 @@ std::string read_program(const std::string& file) {
   return text;
 }
 
-/// The tool centre point of a robot's (first) gripper; the flange where it has none.
-Pose tcp_of(const CellInfo& cell, int robot) {
-  for (const GripperInfo& gripper : cell.grippers) {
-    if (gripper.robot == robot) return gripper.X_FT;
-  }
-  return {};
+/// The robot with the tool centre point of its first gripper; of the flange where it has none.
+Arm arm_of(const CellDescription& cell, std::size_t robot) {
+  const auto carried = std::ranges::find(cell.grippers, static_cast<int>(robot), &GripperDescription::robot);
+  return {cell, cell.robots[robot].name, carried == cell.grippers.end() ? std::string() : carried->name};
 }
 
 }  // namespace
 
 struct Controller::Impl {
-  Impl(const std::string& program_file, const CellInfo& the_cell, const Parameters& given)
-      : file(program_file), text(read_program(program_file)), cell(the_cell), parameters(given) {
+  Impl(const std::string& program_file, const CellDescription& the_cell, const Parameters& given)
+      : file(program_file),
+        text(read_program(program_file)),
+        cell(the_cell),
+        names(named_lists(the_cell)),
+        parameters(given) {
     restart();
     for (const int robot : driven_robots) output.joints.push_back({robot, {}, {}});
     for (const int gripper : driven_grippers) output.grippers.push_back({gripper, {}, 0.0, 0.0});
@@ -44,15 +51,13 @@ struct Controller::Impl {
     program.reset();
     steps.clear();
     robots.clear();
-    for (size_t i = 0; i < cell.robots.size(); ++i) {
-      robots.emplace_back(cell.robots[i], tcp_of(cell, static_cast<int>(i)));
-    }
+    for (size_t i = 0; i < cell.robots.size(); ++i) robots.emplace_back(arm_of(cell, i));
     grippers.assign(cell.grippers.size(), {});
     devices.clear();
     for (size_t i = 0; i < cell.devices.size(); ++i) devices.push_back({static_cast<int>(i), {}, {}});
-    program.emplace(
-        text, file,
-        ProgramContext{&cell, &robots, &grippers, &devices, &parameters, keeps_steps ? &steps : nullptr});
+    program.emplace(text, file,
+                    ProgramContext{&cell, &names, &robots, &grippers, &devices, &parameters,
+                                   keeps_steps ? &steps : nullptr});
     for (RobotDriver& robot : robots) robot.set_period(program->period_s());
     driven_robots = program->driven_robots();
     driven_devices = program->driven_devices();
@@ -67,42 +72,37 @@ struct Controller::Impl {
     fault.clear();
   }
 
-  void check(const Input& input) const {
-    if (input.robots.size() != cell.robots.size() || input.grippers.size() != cell.grippers.size() ||
-        input.components.size() != cell.components.size() || input.devices.size() != cell.devices.size()) {
+  void check(const CellState& state) const {
+    if (!fits(state, names, names))
       throw std::runtime_error(
-          "the input does not fit the cell: it has " + std::to_string(input.robots.size()) + " robots, " +
-          std::to_string(input.grippers.size()) + " grippers, " + std::to_string(input.components.size()) +
-          " components, " + std::to_string(input.devices.size()) + " devices; the cell has " +
-          std::to_string(cell.robots.size()) + ", " + std::to_string(cell.grippers.size()) + ", " +
-          std::to_string(cell.components.size()) + ", " + std::to_string(cell.devices.size()));
-    }
-    if (!std::isfinite(input.time_s)) throw std::runtime_error("the input's time is not finite");
-    if (started && input.time_s < last_time_s) {
+          "the state does not fit the description of the cell: other numbers of components, robots, joints, "
+          "grippers, devices or signals, or an index beyond them");
+    if (!std::isfinite(state.time)) throw std::runtime_error("the time of the state is not finite");
+    if (started && state.time < last_time_s) {
       throw std::runtime_error("time went back from " + std::to_string(last_time_s) + " s to " +
-                               std::to_string(input.time_s) +
+                               std::to_string(state.time) +
                                " s; after a reset the program has to be restarted");
     }
   }
 
   /// The program starts from where the cell is: robots stand, grippers keep their width.
-  void start(const Input& input) {
-    for (size_t i = 0; i < robots.size(); ++i) robots[i].stand_at(input.robots[i].position);
+  void start(const CellState& state) {
+    for (size_t i = 0; i < robots.size(); ++i) robots[i].stand_at(state.robots[i].position);
     for (size_t i = 0; i < grippers.size(); ++i) {
-      const double width = std::clamp(input.grippers[i].width_m, 0.0, cell.grippers[i].max_width_m);
-      grippers[i] = {static_cast<int>(i), GripperAction::width, width, cell.grippers[i].max_force_N};
+      const double width = std::clamp(state.grippers[i].width, 0.0, cell.grippers[i].max_width);
+      grippers[i] = {static_cast<int>(i), GripperAction::width, width, cell.grippers[i].max_force};
     }
     started = true;
   }
 
-  void update(const Input& input) {
-    check(input);
-    if (!started) start(input);
-    last_time_s = input.time_s;
-    program->run(input);
+  void update(const CellState& state) {
+    check(state);
+    if (!started) start(state);
+    last_time_s = state.time;
+    program->run(state);
     for (JointSetPoint& joints : output.joints) {
       try {
-        const ArmSetPoint& set_point = robots[static_cast<size_t>(joints.robot)].advance(input.time_s);
+        const ArmSetPoint& set_point = robots[static_cast<size_t>(joints.robot)].advance(state.time);
         joints.position = set_point.position;
         joints.velocity = set_point.velocity;
       } catch (const std::runtime_error& error) {
@@ -115,7 +115,8 @@ struct Controller::Impl {
   }
 
   std::string file, text;
-  CellInfo cell;
+  const CellDescription& cell;
+  Named names;  ///< of what the cell has
   Parameters parameters;
   std::vector<RobotDriver> robots;
   std::vector<GripperSetPoint> grippers;  ///< standing commands of all grippers
@@ -130,7 +131,8 @@ struct Controller::Impl {
   std::string fault;  ///< of an earlier update; a program that failed does not go on
 };
 
-Controller::Controller(const std::string& program_file, const CellInfo& cell, const Parameters& parameters)
+Controller::Controller(const std::string& program_file, const CellDescription& cell,
+                       const Parameters& parameters)
     : impl_(std::make_unique<Impl>(program_file, cell, parameters)) {}
 Controller::~Controller() = default;
 
@@ -148,10 +150,10 @@ const std::vector<int>& Controller::driven_devices() const {
   return impl_->driven_devices;
 }
 
-const Output& Controller::update(const Input& input) {
+const Output& Controller::update(const CellState& state) {
   if (!impl_->fault.empty()) throw std::runtime_error(impl_->fault);
   try {
-    impl_->update(input);
+    impl_->update(state);
   } catch (const std::exception& error) {
     impl_->fault = error.what();
     throw std::runtime_error(impl_->fault);

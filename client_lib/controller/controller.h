@@ -1,7 +1,7 @@
 #pragma once
 // The emulated robot controller: runs a Lua program that moves robots and grippers. Once per period of simulated time
-// it takes a state and returns commands. It uses neither DDS nor the simulation, so that takt-controller (over DDS) and
-// takt-run (in-process) run the same program with the same bits.
+// it takes a state (the message of the server) and returns commands. It uses neither DDS nor the simulation, so that
+// takt-controller (over DDS) and takt-run (in-process) run the same program with the same bits.
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -9,61 +9,13 @@
 #include <vector>
 
 #include "plant_models/robot/arm_kinematics.h"
+#include "takt_msgs.h"
 
 namespace takt::controller {
 
-struct RobotInfo {
-  std::string name;
-  ArmModel arm;
-  Pose X_WR;  ///< base in the world
-};
-
-struct GripperInfo {
-  std::string name;
-  int robot = -1;  ///< index into CellInfo::robots
-  Pose X_FT;       ///< tool centre point in the flange frame
-  double max_width_m = 0.0;
-  double max_force_N = 0.0;
-};
-
-struct DeviceInfo {
-  std::string name;
-  std::vector<std::string> signals;
-};
-
-struct CellInfo {
-  std::vector<RobotInfo> robots;
-  std::vector<GripperInfo> grippers;
-  std::vector<std::string> components;  ///< names, in the order of Input::components
-  std::vector<DeviceInfo> devices{};
-};
-
-struct Input {
-  struct Robot {
-    JointArray position{}, velocity{};
-  };
-  struct Gripper {
-    double width_m = 0.0;
-    bool closed = false;  ///< commanded; the rest is measured
-    bool moving = false, in_position = false;
-    int part = -1;  ///< index into CellInfo::components, or -1
-    double force_N = 0.0;
-  };
-  struct Component {
-    Vec3 p_WB = Vec3::Zero();
-    Quat q_WB = Quat::Identity();
-    int partner = -1;  ///< index into CellInfo::components, or -1
-  };
-  double time_s = 0.0;
-  std::vector<Robot> robots;
-  std::vector<Gripper> grippers;
-  std::vector<Component> components;
-  std::vector<std::vector<double>> devices;  ///< signals of each
-};
-
 struct JointSetPoint {
   int robot = -1;
-  JointArray position{}, velocity{};  ///< to be reached one period after Input::time_s
+  JointArray position{}, velocity{};  ///< to be reached one period after the state
 };
 
 struct GripperSetPoint {
@@ -107,9 +59,10 @@ using Parameters = std::map<std::string, double>;
 
 class Controller {
  public:
-  /// Throws std::runtime_error with file, line and reason when the program cannot be loaded or names
-  /// something the cell does not have.
-  Controller(const std::string& program_file, const CellInfo& cell, const Parameters& parameters = {});
+  /// `cell` outlives the controller. Throws std::runtime_error with file, line and reason when the program cannot be
+  /// loaded or names something the cell does not have.
+  Controller(const std::string& program_file, const takt_msgs::msg::CellDescription& cell,
+             const Parameters& parameters = {});
   ~Controller();
   Controller(const Controller&) = delete;
   Controller& operator=(const Controller&) = delete;
@@ -121,8 +74,9 @@ class Controller {
   const std::vector<int>& driven_devices() const;
 
   /// One period: runs every routine up to its next wait. Throws std::runtime_error on an error in the program
-  /// (with file and line), on an unreachable target, on a joint or speed limit.
-  const Output& update(const Input& input);
+  /// (with file and line), on an unreachable target, on a joint or speed limit, and where the state does not fit the
+  /// description.
+  const Output& update(const takt_msgs::msg::CellState& state);
 
   /// Back to the start of the program (after a reset of the cell).
   void restart();

@@ -15,6 +15,11 @@ void define_type(lua_State* L, const char* type, lua_CFunction index, const luaL
     lua_getfield(L, -1, "methods");
   }
   lua_setfield(L, -2, "__index");
+  // Without an address.
+  lua_pushstring(L, type);
+  lua_pushcclosure(
+      L, [](lua_State* state) { return lua_pushvalue(state, lua_upvalueindex(1)), 1; }, 1);
+  lua_setfield(L, -2, "__tostring");
   lua_pop(L, 1);
 }
 
@@ -32,8 +37,9 @@ int to_handle(lua_State* L, const char* type, const char* hint) {
   return *static_cast<const int*>(data);
 }
 
-void refuse_key(const char* what, std::string_view key, const char* known) {
-  throw std::runtime_error(std::string(what) + " has no '" + std::string(key) + "'; it has " + known);
+void refuse_key(std::string_view what, std::string_view key, std::string_view known) {
+  throw std::runtime_error(std::string(what) + " has no '" + std::string(key) + "'; it has " +
+                           std::string(known));
 }
 
 void push_joints(lua_State* L, const ArmModel& arm, const JointArray& q) {

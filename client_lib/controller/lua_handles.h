@@ -17,19 +17,23 @@ void push_handle(lua_State* L, const char* type, int index);
 /// The index in the handle that is argument 1. Throws if the argument has another type; `hint` proposes the remedy.
 int to_handle(lua_State* L, const char* type, const char* hint = "");
 
-[[noreturn]] void refuse_key(const char* what, std::string_view key, const char* known);
+[[noreturn]] void refuse_key(std::string_view what, std::string_view key, std::string_view known);
 
 /// Joint positions as a list.
 void push_joints(lua_State* L, const ArmModel& arm, const JointArray& q);
 
-/// Index of the element of that name; the error lists the names there are.
-template <typename Infos, typename NameOf>
-int index_by_name(const Infos& infos, std::string_view name, const char* what, NameOf name_of) {
-  for (size_t i = 0; i < infos.size(); ++i)
-    if (name_of(infos[i]) == name) return static_cast<int>(i);
-  const std::string names = join(infos, ", ", name_of);
-  throw std::runtime_error("the cell has no " + std::string(what) + " '" + std::string(name) + "'; it has " +
+/// Index of the element of that name. The error begins with `none`, "the cell has no robot", and lists the names there are.
+template <typename Items, typename NameOf>
+int index_by_name(const Items& items, std::string_view name, std::string_view none, NameOf name_of) {
+  for (size_t i = 0; i < items.size(); ++i)
+    if (name_of(items[i]) == name) return static_cast<int>(i);
+  const std::string names = join(items, ", ", name_of);
+  throw std::runtime_error(std::string(none) + " '" + std::string(name) + "'; it has " +
                            (names.empty() ? "none" : names));
+}
+template <typename Items>
+int index_by_name(const Items& items, std::string_view name, std::string_view none) {
+  return index_by_name(items, name, none, [](const auto& item) { return std::string_view(item.name); });
 }
 
 }  // namespace takt::controller

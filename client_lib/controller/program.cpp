@@ -69,13 +69,13 @@ bool Program::finished() const {
                      [](const Routine& routine) { return routine.wait == Wait::finished; });
 }
 
-const Input& Program::input() const {
-  if (input_ == nullptr) throw std::runtime_error("the state of the cell is known only while routines run");
-  return *input_;
+const takt_msgs::msg::CellState& Program::state() const {
+  if (state_ == nullptr) throw std::runtime_error("the state of the cell is known only while routines run");
+  return *state_;
 }
 
-void Program::run(const Input& input) {
-  input_ = &input;
+void Program::run(const takt_msgs::msg::CellState& state) {
+  state_ = &state;
   lua_.refill();
   for (bool progress = true; progress;) {
     progress = false;
@@ -92,9 +92,9 @@ bool Program::may_go_on(Routine& routine) {
     case Wait::nothing:
       return true;
     case Wait::arrival:
-      return (*context_.robots)[static_cast<size_t>(routine.robot)].arrived(input_->time_s);
+      return (*context_.robots)[static_cast<size_t>(routine.robot)].arrived(state_->time);
     case Wait::time:
-      return input_->time_s >= routine.until_s - kTimeTolerance_s;
+      return state_->time >= routine.until_s - kTimeTolerance_s;
     case Wait::signal:
       return signals_[static_cast<size_t>(routine.signal)];
     case Wait::condition:
@@ -115,7 +115,7 @@ bool Program::condition_holds(Routine& routine) {
   if (holds) {
     luaL_unref(L, LUA_REGISTRYINDEX, routine.condition);
     routine.condition = LUA_NOREF;
-  } else if (input_->time_s >= routine.until_s - kTimeTolerance_s) {
+  } else if (state_->time >= routine.until_s - kTimeTolerance_s) {
     throw std::runtime_error(located(routine.robot, "the condition waited for has not come true in time"));
   }
   return holds;
@@ -125,13 +125,12 @@ int Program::begin_step(lua_State* L, const Routine& routine, std::string_view n
   if (context_.steps == nullptr) return -1;
   lua_Debug place{};
   if (lua_getstack(L, 1, &place) == 0 || lua_getinfo(L, "l", &place) == 0) place.currentline = 0;
-  context_.steps->push_back(
-      {routine.robot, std::string(name), place.currentline, named, input_->time_s, -1.0});
+  context_.steps->push_back({routine.robot, std::string(name), place.currentline, named, state_->time, -1.0});
   return static_cast<int>(context_.steps->size()) - 1;
 }
 
 void Program::end_step(int& step) {
-  if (step >= 0) (*context_.steps)[static_cast<size_t>(step)].end_s = input_->time_s;
+  if (step >= 0) (*context_.steps)[static_cast<size_t>(step)].end_s = state_->time;
   step = -1;
 }
 
@@ -168,7 +167,7 @@ int Program::signal_id(std::string_view name) {
 
 std::string Program::in_routine(const Routine& routine, const std::string& reason) const {
   return reason + " (in the routine of " + (*context_.robots)[static_cast<size_t>(routine.robot)].name() +
-         ", at " + seconds(input_->time_s) + ")";
+         ", at " + seconds(state_->time) + ")";
 }
 
 std::string Program::located(int robot, const std::string& reason) const {

@@ -10,16 +10,18 @@
 #include "client_lib/controller/controller.h"
 #include "client_lib/controller/lua_sandbox.h"
 #include "client_lib/controller/robot_driver.h"
+#include "idl/common/named_lists.h"
 
 namespace takt::controller {
 
 /// The objects that a program acts upon. They outlive the program.
 struct ProgramContext {
-  const CellInfo* cell = nullptr;
-  std::vector<RobotDriver>* robots = nullptr;  ///< in the order of CellInfo::robots
+  const takt_msgs::msg::CellDescription* cell = nullptr;
+  const Named* names = nullptr;                ///< of what the cell has
+  std::vector<RobotDriver>* robots = nullptr;  ///< in the order of CellDescription::robots
   std::vector<GripperSetPoint>* grippers =
-      nullptr;                                     ///< standing commands, in the order of CellInfo::grippers
-  std::vector<DeviceSetPoint>* devices = nullptr;  ///< in the order of CellInfo::devices
+      nullptr;  ///< standing commands, in the order of CellDescription::grippers
+  std::vector<DeviceSetPoint>* devices = nullptr;  ///< in the order of CellDescription::devices
   const Parameters* parameters = nullptr;          ///< each of which the program must ask for
   std::vector<ProgramStep>* steps = nullptr;       ///< null: steps are not kept
 };
@@ -38,13 +40,13 @@ class Program {
 
   /// Runs every routine up to its next wait. The routines run in the order of the robots, in rounds, until all
   /// of them wait. So a signal takes effect in the same period, whichever routine gives it.
-  void run(const Input& input);
+  void run(const takt_msgs::msg::CellState& state);
   bool finished() const;
   void keep_steps(std::vector<ProgramStep>* steps) { context_.steps = steps; }
 
   const ProgramContext& context() const { return context_; }
-  /// Input of the present or latest update. Throws while the program is loaded, before the first update.
-  const Input& input() const;
+  /// State of the present update. Throws while the program is loaded, before the first update.
+  const takt_msgs::msg::CellState& state() const;
 
   /// Text of an error in the motion that the robot's routine waits for, with file and line of the call.
   std::string located(int robot, const std::string& reason) const;
@@ -79,9 +81,9 @@ class Program {
   void check_parameters(const std::string& file) const;
 
   ProgramContext context_;
-  const Input* input_ = nullptr;   ///< of the update under way
-  std::vector<Routine> routines_;  ///< in the order of the robots
-  Routine* current_ = nullptr;     ///< the routine that is running
+  const takt_msgs::msg::CellState* state_ = nullptr;  ///< of the update under way
+  std::vector<Routine> routines_;                     ///< in the order of the robots
+  Routine* current_ = nullptr;                        ///< the routine that is running
   std::set<int> devices_;
   std::set<std::string, std::less<>> parameters_;  ///< asked for
   std::map<std::string, int, std::less<>> signal_ids_;

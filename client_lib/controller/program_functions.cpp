@@ -14,6 +14,10 @@
 
 namespace takt::controller {
 
+using takt_msgs::msg::CellDescription;
+using takt_msgs::msg::DeviceDescription;
+using takt_msgs::msg::GripperDescription;
+
 namespace {
 
 constexpr char kRobotType[] = "robot";
@@ -63,9 +67,9 @@ struct ProgramFunctions {
   using Wait = Program::Wait;
 
   static Program& program(lua_State* L) { return *static_cast<Program*>(lua_owner(L)); }
-  static const CellInfo& cell_info(lua_State* L) { return *program(L).context_.cell; }
+  static const CellDescription& cell_info(lua_State* L) { return *program(L).context_.cell; }
 
-  static const Input& input(lua_State* L) { return program(L).input(); }
+  static double now_s(lua_State* L) { return program(L).state().time; }
 
   /// The running routine, which must be that of the robot: one robot, one hand on it.
   static Program::Routine& routine_of(lua_State* L, int robot) {
@@ -96,11 +100,10 @@ struct ProgramFunctions {
 
   static int routine(lua_State* L) {
     Program& self = program(L);
-    if (self.input_ != nullptr) {
+    if (self.state_ != nullptr) {
       throw std::runtime_error("routines are registered while the program is loaded");
     }
-    const int robot = index_by_name(self.context_.cell->robots, to_name(L, 1), "robot",
-                                    [](const RobotInfo& info) { return info.name; });
+    const int robot = index_by_name(self.context_.cell->robots, to_name(L, 1), "the cell has no robot");
     if (!lua_isfunction(L, 2)) {
       throw std::runtime_error("routine(\"ROBOT\", function(r) ... end): the function is missing");
     }
@@ -120,7 +123,7 @@ struct ProgramFunctions {
 
   static int parameter(lua_State* L) {
     Program& self = program(L);
-    if (self.input_ != nullptr)
+    if (self.state_ != nullptr)
       throw std::runtime_error("parameters are asked for while the program is loaded");
     const std::string name(to_name(L, 1));
     const double fallback = to_number(L, 2, "the default of parameter " + name);
@@ -148,7 +151,7 @@ struct ProgramFunctions {
       lua_pop(L, 1);
     }
     char time[32] = "loading";
-    if (const Input* now = program(L).input_) std::snprintf(time, sizeof time, "%.3f s", now->time_s);
+    if (const auto* now = program(L).state_) std::snprintf(time, sizeof time, "%.3f s", now->time);
     std::clog << "[" << time << "] " << text << "\n";
     return 0;
   }
@@ -156,19 +159,19 @@ struct ProgramFunctions {
   static int move_joints(lua_State* L) {
     Program::Routine& routine = own_routine(L);
     RobotDriver& robot = driver(L, routine);
-    robot.move_joints(to_joints(L, 2, robot.arm()), to_joint_motion_options(L, 3), input(L).time_s);
+    robot.move_joints(to_joints(L, 2, robot.arm()), to_joint_motion_options(L, 3), now_s(L));
     return await(L, routine, Wait::arrival, "move_joints");
   }
 
   static int move_to(lua_State* L) {
     Program::Routine& routine = own_routine(L);
-    driver(L, routine).move_to(to_pose(L, 2), to_joint_motion_options(L, 3), input(L).time_s);
+    driver(L, routine).move_to(to_pose(L, 2), to_joint_motion_options(L, 3), now_s(L));
     return await(L, routine, Wait::arrival, "move_to");
   }
 
   static int move_line(lua_State* L) {
     Program::Routine& routine = own_routine(L);
-    driver(L, routine).move_line(to_pose(L, 2), to_line_options(L, 3), input(L).time_s);
+    driver(L, routine).move_line(to_pose(L, 2), to_line_options(L, 3), now_s(L));
     return await(L, routine, Wait::arrival, "move_line");
   }
 
@@ -176,7 +179,7 @@ struct ProgramFunctions {
     Program::Routine& routine = own_routine(L);
     const double duration = to_number(L, 2, "seconds");
     if (duration < 0.0) throw std::runtime_error("wait: the number of seconds is negative");
-    routine.until_s = input(L).time_s + duration;
+    routine.until_s = now_s(L) + duration;
     return await(L, routine, Wait::time, "wait");
   }
 
@@ -198,7 +201,7 @@ struct ProgramFunctions {
       throw std::runtime_error("wait_for(function(cell) ... end): the function is missing");
     }
     routine.until_s = lua_isnoneornil(L, 3) ? std::numeric_limits<double>::infinity()
-                                            : input(L).time_s + to_number(L, 3, "seconds to wait at most");
+                                            : now_s(L) + to_number(L, 3, "seconds to wait at most");
     lua_pushvalue(L, 2);
     routine.condition = luaL_ref(L, LUA_REGISTRYINDEX);
     return await(L, routine, Wait::condition, "wait_for");
@@ -246,14 +249,14 @@ struct ProgramFunctions {
         std::string known = "name, gripper, grippers, tcp, joints";
         for (const luaL_Reg* method = robot_methods(); method->name != nullptr; ++method)
           known.append(", ").append(method->name);
-        refuse_key("a robot", key, known.c_str());
+        refuse_key("a robot", key, known);
       }
     }
     return 1;
   }
 
   static void push_only_gripper(lua_State* L, int robot) {
-    const std::vector<GripperInfo>& grippers = cell_info(L).grippers;
+    const std::vector<GripperDescription>& grippers = cell_info(L).grippers;
     int found = -1;
     for (size_t i = 0; i < grippers.size(); ++i) {
       if (grippers[i].robot != robot) continue;
@@ -265,7 +268,7 @@ struct ProgramFunctions {
   }
 
   static void push_grippers(lua_State* L, int robot) {
-    const std::vector<GripperInfo>& grippers = cell_info(L).grippers;
+    const std::vector<GripperDescription>& grippers = cell_info(L).grippers;
     lua_newtable(L);
     for (size_t i = 0; i < grippers.size(); ++i) {
       if (grippers[i].robot != robot) continue;
@@ -274,7 +277,7 @@ struct ProgramFunctions {
     }
   }
 
-  static GripperSetPoint& own_gripper(lua_State* L, const GripperInfo*& info) {
+  static GripperSetPoint& own_gripper(lua_State* L, const GripperDescription*& info) {
     const int gripper = to_handle(L, kGripperType, " (write r.gripper:close(), not r.gripper.close())");
     info = &cell_info(L).grippers[static_cast<size_t>(gripper)];
     routine_of(L, info->robot);
@@ -292,26 +295,26 @@ struct ProgramFunctions {
 
   static int open(lua_State* L) {
     if (lua_gettop(L) >= 2) return width(L);
-    const GripperInfo* info = nullptr;
+    const GripperDescription* info = nullptr;
     GripperSetPoint& command = own_gripper(L, info);
-    command = {command.gripper, GripperAction::open, info->max_width_m, info->max_force_N};
+    command = {command.gripper, GripperAction::open, info->max_width, info->max_force};
     return 0;
   }
 
   static int close(lua_State* L) {
-    const GripperInfo* info = nullptr;
+    const GripperDescription* info = nullptr;
     GripperSetPoint& command = own_gripper(L, info);
     const double force =
-        lua_isnoneornil(L, 2) ? info->max_force_N : to_part_of(L, 2, "force", info->max_force_N, "N");
+        lua_isnoneornil(L, 2) ? info->max_force : to_part_of(L, 2, "force", info->max_force, "N");
     command = {command.gripper, GripperAction::close, 0.0, force};
     return 0;
   }
 
   static int width(lua_State* L) {
-    const GripperInfo* info = nullptr;
+    const GripperDescription* info = nullptr;
     GripperSetPoint& command = own_gripper(L, info);
-    const double width = to_part_of(L, 2, "width", info->max_width_m, "m");
-    command = {command.gripper, GripperAction::width, width, info->max_force_N};
+    const double width = to_part_of(L, 2, "width", info->max_width, "m");
+    command = {command.gripper, GripperAction::width, width, info->max_force};
     return 0;
   }
 };
@@ -319,9 +322,8 @@ struct ProgramFunctions {
 struct DeviceFunctions {
   static int device(lua_State* L) {
     Program& self = ProgramFunctions::program(L);
-    if (self.input_ != nullptr) throw std::runtime_error("devices are asked for while the program is loaded");
-    const int index = index_by_name(self.context_.cell->devices, to_name(L, 1), "device",
-                                    [](const DeviceInfo& info) { return info.name; });
+    if (self.state_ != nullptr) throw std::runtime_error("devices are asked for while the program is loaded");
+    const int index = index_by_name(self.context_.cell->devices, to_name(L, 1), "the cell has no device");
     self.devices_.insert(index);
     push_handle(L, kDeviceType, index);
     return 1;
@@ -337,14 +339,14 @@ struct DeviceFunctions {
     luaL_getmetafield(L, 1, "methods");
     lua_pushvalue(L, 2);
     if (lua_rawget(L, -2) == LUA_TNIL)
-      refuse_key("a device", key, "name, set (its signals: cell.devices.NAME)");
+      refuse_key("a device", key, "name, set (its signals: cell.devices.NAME.signals)");
     return 1;
   }
 
   static int set(lua_State* L) {
     const auto device =
         static_cast<size_t>(to_handle(L, kDeviceType, " (write device:set{...}, not device.set{...})"));
-    const DeviceInfo& info = ProgramFunctions::cell_info(L).devices[device];
+    const DeviceDescription& info = ProgramFunctions::cell_info(L).devices[device];
     if (ProgramFunctions::program(L).current_ == nullptr)
       throw std::runtime_error("signals of a device are set while routines run");
     if (!lua_istable(L, 2)) throw std::runtime_error("a table {SIGNAL = value, ...} is needed");
@@ -354,8 +356,7 @@ struct DeviceFunctions {
       if (lua_type(L, -2) != LUA_TSTRING)
         throw std::runtime_error("every value needs the name of its signal: {SIGNAL = value, ...}");
       const std::string_view name = to_name(L, -2);
-      const int signal = index_by_name(info.signals, name, ("signal of " + info.name + " called").c_str(),
-                                       [](const std::string& known) { return known; });
+      const int signal = index_by_name(info.signals, name, info.name + " has no signal");
       set_signal(standing, signal, to_number(L, -1, name));
       lua_pop(L, 1);
     }

@@ -5,9 +5,10 @@
 
 namespace takt::controller {
 
-void RobotDriver::stand_at(const JointArray& q) {
+void RobotDriver::stand_at(std::span<const double> q) {
   motion_ = std::monostate{};
-  set_point_ = {q, {}};
+  set_point_ = {};
+  std::ranges::copy(q, set_point_.position.begin());
 }
 
 void RobotDriver::move_joints(const JointArray& q, const JointMotionOptions& options, double now_s) {

@@ -14,13 +14,12 @@ namespace takt::controller {
 
 class RobotDriver {
  public:
-  /// X_FT: tool centre point in the flange frame.
-  RobotDriver(const RobotInfo& robot, const Pose& X_FT) : arm_(robot.name, robot.arm, robot.X_WR, X_FT) {}
+  explicit RobotDriver(Arm arm) : arm_(std::move(arm)) {}
 
   void set_period(double period_s) { period_s_ = period_s; }
 
-  /// Stands at the given joint positions; ends any motion.
-  void stand_at(const JointArray& q);
+  /// Stands at the given joint positions, one for each joint; ends any motion.
+  void stand_at(std::span<const double> q);
 
   /// Throw MotionError.
   void move_joints(const JointArray& q, const JointMotionOptions& options, double now_s);
@@ -36,8 +35,8 @@ class RobotDriver {
   const std::string& name() const { return arm_.name(); }
   /// Joint positions and TCP in the world at the newest set-point.
   const JointArray& joints() const { return set_point_.position; }
-  Pose X_WT() const { return tcp_at(set_point_.position); }
-  Pose tcp_at(const JointArray& q) const { return arm_.forward_kinematics(used(q)); }
+  Pose X_WT() const { return tcp_at(used(set_point_.position)); }
+  Pose tcp_at(std::span<const double> q) const { return arm_.forward_kinematics(q); }
 
  private:
   std::span<const double> used(const JointArray& q) const {

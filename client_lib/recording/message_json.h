@@ -1,8 +1,8 @@
 #pragma once
 // Messages as JSON with the names of the IDL; `takt --json` writes this form. If a list has the order of a description
 // (@order) or a @key, its elements are members with their name. An index of the description (@index) is a name, or null
-// without an element. Enumerations are names, and @hexadecimal numbers are texts. The path to a number, joined by
-// points, is the name of its signal in a recording: components.P.position.x.
+// without an element; without a description it is a number. Enumerations are names, and @hexadecimal numbers are texts.
+// The path to a number, joined by points, is the name of its signal in a recording: components.P.position.x.
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -25,7 +25,7 @@ struct JsonValues {
       if (has_annotation(field.annotations, "hexadecimal"))
         return hexadecimal_text(static_cast<std::uint64_t>(number));
       const std::string_view list = annotation(field.annotations, "index");
-      if (list.empty()) return number;
+      if (list.empty() || cell.find(list) == nullptr) return number;
       const std::string* name = cell.name_of(list, static_cast<std::int64_t>(number));
       return name == nullptr ? nlohmann::json() : nlohmann::json(*name);
     } else {

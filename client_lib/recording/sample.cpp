@@ -1,6 +1,11 @@
 #include "client_lib/recording/sample.h"
 
+#include <optional>
+#include <type_traits>
+
+#include "client_lib/recording/message_json.h"
 #include "idl/common/cdr.h"
+#include "takt_msgs.h"
 
 namespace takt::recording {
 namespace {
@@ -75,6 +80,38 @@ Json to_json(const MessageTypes& types, const std::string& type, std::string_vie
   if (!reader.ok() && sample.size() >= cdr::kEncapsulation_bytes)
     throw RecordingError("A sample has an encoding other than plain CDR.");
   return read_struct(types, types.at(type), reader, nullptr);
+}
+
+namespace {
+
+template <Message Type>
+std::optional<Json> named_json(std::string_view sample, Named& names) {
+  Type message;
+  if (!cdr::read({reinterpret_cast<const std::uint8_t*>(sample.data()), sample.size()}, message))
+    return std::nullopt;
+  if constexpr (std::is_same_v<Type, takt_msgs::msg::CellDescription>) names = named_lists(message);
+  return message_json(message, fits(message, names, names) ? names : Named{});
+}
+
+/// Nothing for a type that is not of the list.
+template <typename... Types>
+std::optional<Json> named_json(MessageList<Types...>, const std::string& type, std::string_view sample,
+                               Named& names) {
+  std::optional<Json> json;
+  static_cast<void>(
+      ((type == message_info<Types>().name && (json = named_json<Types>(sample, names), true)) || ...));
+  return json;
+}
+
+}  // namespace
+
+Json JsonSamples::read(const std::string& type, std::string_view sample) {
+  const auto [ours, is_new] = is_ours_.try_emplace(type, false);
+  if (is_new)
+    ours->second = known_types().find(type) != nullptr && known_types().ros2msg(type) == types_.ros2msg(type);
+  if (ours->second)
+    if (auto json = named_json(TaktMsgs{}, type, sample, names_)) return *std::move(json);
+  return to_json(types_, type, sample);
 }
 
 /// Where in a sample one is.

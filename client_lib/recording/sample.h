@@ -1,11 +1,13 @@
 #pragma once
 // Samples decoded by their types: as JSON, and as signals. A signal is a number with a name.
 #include <functional>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
 
 #include "client_lib/recording/message_types.h"
+#include "idl/common/named_lists.h"
 
 namespace takt::recording {
 
@@ -13,6 +15,21 @@ using Json = nlohmann::ordered_json;
 
 /// Throws RecordingError for a sample of another type.
 Json to_json(const MessageTypes& types, const std::string& type, std::string_view sample);
+
+/// Samples of a recording as JSON. If the file describes a type of idl/takt_msgs.idl as this build does, its samples have
+/// the names of message_json.h, by the newest description. Without a fitting description they have numbers and lists.
+class JsonSamples {
+ public:
+  /// `types`: of the file; they outlive this.
+  explicit JsonSamples(const MessageTypes& types) : types_(types) {}
+  /// Throws RecordingError for a sample of another type.
+  Json read(const std::string& type, std::string_view sample);
+
+ private:
+  const MessageTypes& types_;
+  std::map<std::string, bool> is_ours_;  ///< by type
+  Named names_;
+};
 
 /// Names for the numbers in samples. An element of a list has its own name or its name in the description of the cell;
 /// without a name it has its number, from 0.

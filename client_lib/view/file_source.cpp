@@ -2,13 +2,10 @@
 
 #include <algorithm>
 #include <chrono>
-#include <nlohmann/json.hpp>
-#include <optional>
+#include <cmath>
 
-#include "client_lib/recording/json_text.h"
-#include "idl/common/parse.h"
+#include "idl/common/cdr.h"
 #include "idl/common/text.h"
-#include "takt_request_table.h"
 #include "takt_topics.h"
 
 namespace takt::view {
@@ -33,20 +30,18 @@ bool is_latched(const recording::McapChannel& channel) {
          channel.topic == "/" + topics::tf_static.name({});
 }
 
-std::string argument(const Arguments& arguments, const char* name) {
-  for (const auto& [key, value] : arguments)
-    if (key == name) return value;
-  return {};
-}
-
 }  // namespace
 
 FileSource::FileSource(const std::filesystem::path& file, Stream& stream) : stream_(stream), reader_(file) {
   for (const auto& [id, channel] : reader_.channels())
     channels_[id] = stream_.add_channel({0, channel.topic, channel.encoding, channel.type,
                                          channel.schema_encoding, channel.schema, is_event(channel)});
-  playback_channel_ = stream_.add_channel(
-      {0, "/takt/playback", "json", "takt.Playback", "jsonschema", R"({"type": "object"})", false});
+  const MessageInfo& playback = message_info<takt_player::msg::Playback>();
+  recording::MessageTypes types;
+  types.add(playback);
+  const std::string type(playback.name);
+  playback_channel_ = stream_.add_channel({0, std::string(annotation(playback.annotations, "channel")), "cdr",
+                                           type, "ros2msg", types.ros2msg(type), false});
   look_through();
   position_ns_ = reader_.first_ns();
   thread_ = std::thread([this] { run(); });
@@ -100,13 +95,10 @@ void FileSource::show_instant(std::uint64_t position_ns) {
 }
 
 void FileSource::publish_position() {
-  const auto seconds = [](std::uint64_t ns) { return 1e-9 * static_cast<double>(ns); };
-  const nlohmann::json document{{"position", seconds(position_ns_ - reader_.first_ns())},
-                                {"duration", seconds(reader_.last_ns() - reader_.first_ns())},
-                                {"playing", playing_},
-                                {"rate", rate_},
-                                {"problem", problem_}};
-  stream_.push(playback_channel_, position_ns_, recording::json_text(document));
+  const double position_s = 1e-9 * static_cast<double>(position_ns_ - reader_.first_ns());
+  std::string sample;
+  cdr::write(takt_player::msg::Playback{position_s, duration_s(), playing_, rate_, problem_}, sample);
+  stream_.push(playback_channel_, position_ns_, sample);
 }
 
 void FileSource::run() {
@@ -173,46 +165,61 @@ void FileSource::play_on(std::unique_lock<std::mutex>& lock) {
 
 Answer FileSource::request(const std::string& name, const Arguments& arguments) {
   const std::lock_guard lock(mutex_);
-  const auto changed = [&](const std::string& message) {
-    ++changes_;
-    changed_.notify_all();
-    return Answer{1, message, {}};
+  return execute_one_of<requests::SetState, requests::SetPace, requests::Reset, player::Seek>(name,
+                                                                                              arguments);
+}
+
+template <Request... Types>
+Answer FileSource::execute_one_of(const std::string& name, const Arguments& arguments) {
+  Answer answer;
+  const auto executed = [&]<Request Type>(Type request) {
+    if (name != request_info<Type>().name) return false;
+    const auto fault = read_arguments(name, arguments, request);
+    answer = fault ? Answer{fault->result, fault->sentence, {}} : execute(request);
+    return true;
   };
-  const auto seek = [&](double position_s) {
-    const double length_s = 1e-9 * static_cast<double>(reader_.last_ns() - reader_.first_ns());
-    position_ns_ = reader_.first_ns() +
-                   static_cast<std::uint64_t>(std::llround(1e9 * std::clamp(position_s, 0.0, length_s)));
-    sought_ = true;
-  };
-  const auto is = [&]<Request Type>(const Type&) { return name == request_info<Type>().name; };
-  const std::string state = is(requests::SetState{}) ? argument(arguments, "state") : "";
-  if (name == "play" || state == to_string(SimulationState::playing)) {
-    if (position_ns_ >= reader_.last_ns()) seek(0.0);
-    playing_ = true;
-    return changed("The recording is played.");
-  }
-  if (name == "pause" || state == to_string(SimulationState::paused) ||
-      state == to_string(SimulationState::stopped)) {
-    playing_ = false;
-    return changed("The recording is paused.");
-  }
-  if (is(requests::Reset{})) {
-    seek(0.0);
-    return changed("Back to the begin of the recording.");
-  }
-  if (name == "seek") {
-    const auto position = finite_number(argument(arguments, "position"));
-    if (!position) return {4, "seek needs 'position', in seconds from the begin of the recording.", {}};
-    seek(*position);
-    return changed("The recording is at another place.");
-  }
-  if (name == "rate" || is(requests::SetPace{})) {
-    const auto factor = finite_number(argument(arguments, "factor"));
-    if (!factor || !(*factor > 0.0)) return {4, "'factor' must be a number above 0.", {}};
-    rate_ = *factor;
-    return changed("The recording is played " + argument(arguments, "factor") + " times as fast.");
-  }
-  return {0, "A recording can be played, paused, sought through; '" + name + "' is for a running cell.", {}};
+  if ((executed(Types{}) || ...)) return answer;
+  const std::string_view names[] = {request_info<Types>().name...};
+  return {ControlResult::unsupported,
+          "A recording has no request '" + name + "'; it has " + join(names, ", ") + ".",
+          {}};
+}
+
+Answer FileSource::done(const std::string& sentence) {
+  ++changes_;
+  changed_.notify_all();
+  return {ControlResult::ok, sentence, {}};
+}
+
+void FileSource::seek(double position_s) {
+  position_ns_ = reader_.first_ns() +
+                 static_cast<std::uint64_t>(std::llround(1e9 * std::clamp(position_s, 0.0, duration_s())));
+  sought_ = true;
+}
+
+Answer FileSource::execute(const requests::SetState& request) {
+  if (request.state == SimulationState::quitting)
+    return {ControlResult::unsupported, "A recording is played or paused; Ctrl-C ends takt view.", {}};
+  playing_ = request.state == SimulationState::playing;
+  if (playing_ && position_ns_ >= reader_.last_ns()) seek(0.0);
+  return done(playing_ ? "The recording is played." : "The recording is paused.");
+}
+
+Answer FileSource::execute(const requests::SetPace& request) {
+  if (request.pace != Pace::realtime)
+    return {ControlResult::unsupported, "A recording is played at the pace realtime, with a factor.", {}};
+  rate_ = request.factor;
+  return done("The recording is played " + number_text(rate_) + " times as fast.");
+}
+
+Answer FileSource::execute(const requests::Reset&) {
+  seek(0.0);
+  return done("The recording is at its beginning.");
+}
+
+Answer FileSource::execute(const player::Seek& request) {
+  seek(request.position);
+  return done("The recording is at another place.");
 }
 
 }  // namespace takt::view

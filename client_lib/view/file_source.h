@@ -1,6 +1,6 @@
 #pragma once
-// A recording as a stream: play, pause and seek at any rate. The channel /takt/playback has the state of the player in
-// JSON: position, duration (s), playing, rate.
+// A recording as a stream: play, pause and seek at any rate. The place in the recording is a channel of its own
+// (takt_player::msg::Playback).
 #include <condition_variable>
 #include <cstdint>
 #include <filesystem>
@@ -12,6 +12,7 @@
 
 #include "client_lib/recording/mcap_reader.h"
 #include "client_lib/view/stream.h"
+#include "takt_player_table.h"
 
 namespace takt::view {
 
@@ -25,8 +26,7 @@ class FileSource {
 
   const recording::McapReader& recording() const { return reader_; }
 
-  /// play, pause, seek (position: s from the begin), rate (factor); and set_state, set_pace, reset, which
-  /// mean the same of a running cell.
+  /// set_state, set_pace, reset, as of a running cell, and seek (idl/takt_player.idl).
   Answer request(const std::string& name, const Arguments& arguments);
 
  private:
@@ -40,6 +40,16 @@ class FileSource {
   void play_on(std::unique_lock<std::mutex>& lock);
   void show_instant(std::uint64_t position_ns);
   void publish_position();
+  // With the lock.
+  template <Request... Types>
+  Answer execute_one_of(const std::string& name, const Arguments& arguments);
+  Answer execute(const requests::SetState& request);
+  Answer execute(const requests::SetPace& request);
+  Answer execute(const requests::Reset& request);
+  Answer execute(const player::Seek& request);
+  Answer done(const std::string& sentence);
+  void seek(double position_s);
+  double duration_s() const { return 1e-9 * static_cast<double>(reader_.last_ns() - reader_.first_ns()); }
 
   Stream& stream_;
   recording::McapReader reader_;  ///< after construction of the playing thread only

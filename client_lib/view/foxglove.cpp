@@ -1,7 +1,10 @@
 #include "client_lib/view/foxglove.h"
 
+#include <algorithm>
 #include <cstring>
+#include <limits>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "client_lib/recording/json_text.h"
 
@@ -15,6 +18,57 @@ using recording::read_json;
 template <typename Integer>
 void append(std::string& bytes, Integer value) {
   bytes.append(reinterpret_cast<const char*>(&value), sizeof(value));
+}
+
+Value value_of(const json& from) {
+  constexpr std::uint64_t kLargest = std::numeric_limits<std::int64_t>::max();
+  Value value;
+  const auto all = [&](auto is) { return std::ranges::all_of(from, is); };
+  if (from.is_boolean()) {
+    value.kind = ValueKind::boolean;
+    value.flag = from.get<bool>();
+  } else if (from.is_number_integer() &&
+             !(from.is_number_unsigned() && from.get<std::uint64_t>() > kLargest)) {
+    value.kind = ValueKind::integer;
+    value.integer = from.get<std::int64_t>();
+  } else if (from.is_number()) {
+    value.kind = ValueKind::number;
+    value.number = from.get<double>();
+  } else if (from.is_string()) {
+    value.kind = ValueKind::text;
+    value.text = from.get<std::string>();
+  } else if (from.is_array() && all([](const json& one) { return one.is_string(); })) {
+    value.kind = ValueKind::texts;
+    value.texts = from.get<std::vector<std::string>>();
+  } else if (from.is_array() && all([](const json& one) { return one.is_number(); })) {
+    value.kind = ValueKind::numbers;
+    value.numbers = from.get<std::vector<double>>();
+  } else {
+    value.kind = ValueKind::document;
+    value.text = json_text(from);
+  }
+  return value;
+}
+
+json json_of(const Value& value) {
+  switch (value.kind) {
+    case ValueKind::boolean:
+      return value.flag;
+    case ValueKind::integer:
+      return value.integer;
+    case ValueKind::number:
+      return value.number;
+    case ValueKind::numbers:
+      return value.numbers;
+    case ValueKind::texts:
+      return value.texts;
+    case ValueKind::document:
+      if (auto document = read_json(value.text)) return *std::move(document);
+      break;
+    case ValueKind::text:
+      break;
+  }
+  return value.text;
 }
 
 constexpr char kSampleOpcode = 1, kServiceResponseOpcode = 3, kServiceRequestOpcode = 2;
@@ -83,8 +137,9 @@ std::array<char, kSampleHead_bytes> sample_head(std::uint32_t subscription, std:
 }
 
 std::string service_response(std::uint32_t service, std::uint32_t call, const Answer& answer) {
-  json reply{{"result", answer.result}, {"message", answer.message}, {"values", json::object()}};
-  for (const auto& [key, value] : answer.values) reply["values"][key] = value;
+  json reply{
+      {"result", static_cast<int>(answer.result)}, {"message", answer.message}, {"values", json::object()}};
+  for (const auto& [name, value] : answer.values) reply["values"][name] = json_of(value);
   constexpr std::string_view encoding = "json";
   std::string bytes(1, kServiceResponseOpcode);
   append(bytes, service);
@@ -140,14 +195,13 @@ std::optional<ServiceCall> read_binary(std::string_view message, bool may_contro
   }
   const std::optional<json> parsed = encoding == "json" ? read_json(message) : std::nullopt;
   if (!parsed || !parsed->is_object() || !parsed->contains("request") || !parsed->at("request").is_string()) {
-    call.problem = "A request in JSON is wanted: {\"request\": \"play\", \"arguments\": {}}.";
+    call.problem = "A request in JSON is wanted: {\"request\": \"step\", \"arguments\": {\"steps\": 1}}.";
     return call;
   }
   const json& body = *parsed;
   call.request = body.at("request").get<std::string>();
   if (const auto arguments = body.find("arguments"); arguments != body.end() && arguments->is_object())
-    for (const auto& [key, value] : arguments->items())
-      call.arguments.emplace_back(key, value.is_string() ? value.get<std::string>() : json_text(value));
+    for (const auto& [key, value] : arguments->items()) call.arguments.push_back({key, value_of(value)});
   return call;
 }
 

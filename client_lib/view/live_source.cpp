@@ -124,13 +124,11 @@ void LiveSource::reach() {
 Answer LiveSource::request(const std::string& name, const Arguments& arguments) {
   try {
     reach();
-    const Reply reply = client_->request(name, arguments_of_text(name, arguments));
-    Answer answer{1, reply.message, {}};
-    for (const auto& [key, value] : reply.values) answer.values.emplace_back(key, text_of(value));
-    return answer;
+    Reply reply = client_->request(name, arguments);
+    return {ControlResult::ok, std::move(reply.message), std::move(reply.values)};
   } catch (const ClientError& error) {
     if (error.kind() == ClientError::Kind::lost) client_.reset();  // the next request connects again
-    return {static_cast<int>(error.result().value_or(ControlResult::failed)), error.what(), {}};
+    return {error.result().value_or(ControlResult::failed), error.what(), {}};
   }
 }
 

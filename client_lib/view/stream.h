@@ -12,6 +12,8 @@
 #include <utility>
 #include <vector>
 
+#include "idl/vocabulary/arguments.h"
+
 namespace takt::view {
 
 struct Channel {
@@ -70,13 +72,12 @@ class Stream {
   std::vector<std::pair<const void*, OnWanted>> on_wanted_;  ///< guarded by wanted_mutex_
 };
 
-/// Answer to a viewer's request; values as text, as in the control vocabulary.
+/// Answer to a request of the control vocabulary.
 struct Answer {
-  int result = 1;  ///< 1: done; else as in the control vocabulary
+  ControlResult result = ControlResult::ok;
   std::string message;
-  std::vector<std::pair<std::string, std::string>> values;
+  Arguments values;
 };
-using Arguments = std::vector<std::pair<std::string, std::string>>;
 /// May take its time; called in one thread.
 using Control = std::function<Answer(const std::string& request, const Arguments& arguments)>;
 

@@ -411,7 +411,7 @@ void WebServer::Impl::work() {
     try {
       answer = control(call.request, call.arguments);
     } catch (const std::exception& error) {
-      answer = {4, error.what(), {}};
+      answer = {ControlResult::failed, error.what(), {}};
     }
     asio::post(context, [session = std::move(session), bytes = bytes,
                          response = foxglove::service_response(call.service, call.call, answer)]() mutable {

@@ -33,7 +33,7 @@ def main(arguments):
     if gaps:
         sys.exit("\n".join(gaps))
     try:
-        requests.of(reader)
+        requests.of(reader)  # of whatever receiver
         events.of(reader)
     except idl.IdlError as error:
         sys.exit(str(error))
@@ -46,6 +46,7 @@ def main(arguments):
         write(output / f"{file.path.stem}.h", cpp.types_header(file, reader))
     write(output / "takt_topics.h", cpp.topics_header(reader))
     write(output / "takt_request_table.h", requests.table_header(reader))
+    write(output / "takt_player_table.h", requests.player_table_header(reader))
     write(output / "takt_event_table.h", events.table_header(reader))
     for name, text in (("requests.py", python_api.module), ("enumerations.py", python_api.enumerations),
                        ("messages.pyi", python_api.messages), ("topics.py", python_api.topics), ("messages.js", page_script.script)):

@@ -330,7 +330,8 @@ def find_gaps(reader):
     spelling than that of scenario keys (server/fields/rules.h)."""
     for file in reader.files.values():
         for struct in file.structs:
-            if struct.scope not in (("takt_msgs", "msg"), ("takt", "requests"), ("takt", "events")) or struct.has("quantity"):
+            if struct.scope not in (("takt_msgs", "msg"), ("takt", "requests"), ("takt", "events"),
+                                    ("takt", "player"), ("takt_player", "msg")) or struct.has("quantity"):
                 continue
             for one in struct.fields:
                 where = f"{file.path}:{one.line}: {struct.name}.{one.name}"

@@ -11,7 +11,7 @@ PHASES = {
     "host": "in the thread that exchanges the scenario",
 }
 CHANGES = {"": "nothing", "bits": "bits", "effect": "effect", "model": "model"}
-KEYS = ("phase", "results", "changes", "renews", "service")
+KEYS = ("phase", "results", "changes", "renews", "service", "of")
 
 
 def words(text):
@@ -32,7 +32,7 @@ class Request:
         self.struct, self.name = struct, snake(struct.name)
         self.phase, self.changes = notes.get("phase", ""), notes.get("changes", "")
         self.renews, self.service = words(notes.get("renews", "")), notes.get("service", "")
-        self.results = words(notes.get("results", ""))
+        self.results, self.of = words(notes.get("results", "")), notes.get("of", "server")
         if self.phase not in PHASES or self.changes not in CHANGES:
             raise IdlError(f"{where} has phase {self.phase!r} and changes {self.changes!r}; allowed are the phases "
                            f"{', '.join(PHASES)} and the changes {', '.join(filter(None, CHANGES))}")
@@ -48,9 +48,34 @@ class Request:
             raise IdlError(f"{where} has no struct {struct.name}Response; add one, without fields if need be")
 
 
-def of(reader):
-    return [Request(reader, file, struct)
-            for file in reader.files.values() for struct in file.structs if struct.has("request")]
+def of(reader, receiver="server"):
+    every = [Request(reader, file, struct)
+             for file in reader.files.values() for struct in file.structs if struct.has("request")]
+    return [one for one in every if one.of == receiver]
+
+
+def table_rows(every):
+    text = ""
+    for one in every:
+        request, response = type_of(one.struct.full_name), type_of(one.response.full_name)
+        codes = ", ".join(f"ControlResult::{code.name}" for code in one.codes)
+        text += (f"template <>\nstruct RequestTable<{request}> {{\n  using Response = {response};\n"
+                 f"  static constexpr ControlResult results[] = {{{codes}}};\n"
+                 f"  static constexpr RequestInfo info{{{quoted(one.name)}, RequestPhase::{one.phase}, "
+                 f"RequestChanges::{CHANGES[one.changes]}, {str('state' in one.renews).lower()}, "
+                 f"{str('status' in one.renews).lower()}, results, &MessageTable<{request}>::info, "
+                 f"&MessageTable<{response}>::info}};\n}};\n\n")
+    return text
+
+
+def player_table_header(reader):
+    """takt_player_table.h"""
+    every = of(reader, "player")
+    text = "#pragma once\n// Generated from @request in idl/*.idl.\n"
+    text += '#include "idl/vocabulary/request.h"\n#include "takt_player.h"\n\n'
+    text += "// Of macros that want all requests of a player.\n#define TAKT_FOR_EACH_PLAYER_REQUEST(Macro)"
+    text += "".join(f" \\\n  Macro({one.struct.name})" for one in every)
+    return text + "\n\nnamespace takt {\n\n" + table_rows(every) + "}  // namespace takt\n"
 
 
 def table_header(reader):
@@ -64,16 +89,7 @@ def table_header(reader):
     text += "#define TAKT_FOR_EACH_ROS_SERVICE(Macro)"
     text += "".join(f" \\\n  Macro({one.service}, {quoted(snake(one.service))}, {one.struct.name})"
                     for one in every if one.service) + "\n\nnamespace takt {\n\n"
-    for one in every:
-        request, response = type_of(one.struct.full_name), type_of(one.response.full_name)
-        codes = ", ".join(f"ControlResult::{code.name}" for code in one.codes)
-        text += (f"template <>\nstruct RequestTable<{request}> {{\n  using Response = {response};\n"
-                 f"  static constexpr ControlResult results[] = {{{codes}}};\n"
-                 f"  static constexpr RequestInfo info{{{quoted(one.name)}, RequestPhase::{one.phase}, "
-                 f"RequestChanges::{CHANGES[one.changes]}, {str('state' in one.renews).lower()}, "
-                 f"{str('status' in one.renews).lower()}, results, &MessageTable<{request}>::info, "
-                 f"&MessageTable<{response}>::info}};\n}};\n\n")
-    text += "namespace requests {\n\nusing Any = std::variant<" + ", ".join(one.struct.name for one in every) + ">;\n"
+    text += table_rows(every) + "namespace requests {\n\nusing Any = std::variant<" + ", ".join(one.struct.name for one in every) + ">;\n"
     text += "/// In the order of the variant.\ninline constexpr const RequestInfo* kAll[] = {\n"
     text += "".join(f"    &RequestTable<{one.struct.name}>::info,\n" for one in every)
     return text + "};\n\n}  // namespace requests\n}  // namespace takt\n"
@@ -137,7 +153,10 @@ def page(reader):
     for one in every:
         service = f"`simulation_interfaces/srv/{one.service}`" if one.service else ""
         text += f"| [`{one.name}`](#{one.name}) | {one.struct.doc.split('. ')[0].rstrip('.')} | {PHASES[one.phase]} | {service} |\n"
-    for one in every:
+    player = of(reader, "player")
+    for one in player:
+        text += f"| [`{one.name}`](#{one.name}) | {one.struct.doc.split('. ')[0].rstrip('.')} | by `takt view FILE`, not by a server | |\n"
+    for one in every + player:
         text += f"\n## {one.name}\n\n{one.struct.doc}\n\n"
         if one.struct.fields:
             text += rows(one.struct.fields, reader, True) + "\n"

@@ -9,6 +9,7 @@
 
 #include "idl/common/near_miss.h"
 #include "idl/common/text.h"
+#include "takt_player_table.h"
 
 namespace takt {
 namespace {
@@ -359,14 +360,18 @@ std::optional<ArgumentFault> read_arguments(std::string_view name, const Argumen
   return found;
 }
 
-#define TAKT_INSTANTIATE(Name)                                                                              \
-  template Arguments arguments_of(const requests::Name&);                                                   \
-  template Arguments arguments_of(const requests::Name##Response&);                                         \
-  template std::optional<ArgumentFault> read_arguments(std::string_view, const Arguments&, requests::Name&, \
-                                                       const KnownNames&);                                  \
-  template std::optional<ArgumentFault> read_arguments(std::string_view, const Arguments&,                  \
-                                                       requests::Name##Response&, const KnownNames&);
-TAKT_FOR_EACH_REQUEST(TAKT_INSTANTIATE)
+#define TAKT_INSTANTIATE(Message)                                                                    \
+  template Arguments arguments_of(const Message&);                                                   \
+  template std::optional<ArgumentFault> read_arguments(std::string_view, const Arguments&, Message&, \
+                                                       const KnownNames&);
+#define TAKT_INSTANTIATE_OF_SERVER(Name) \
+  TAKT_INSTANTIATE(requests::Name) TAKT_INSTANTIATE(requests::Name##Response)
+#define TAKT_INSTANTIATE_OF_PLAYER(Name) \
+  TAKT_INSTANTIATE(player::Name) TAKT_INSTANTIATE(player::Name##Response)
+TAKT_FOR_EACH_REQUEST(TAKT_INSTANTIATE_OF_SERVER)
+TAKT_FOR_EACH_PLAYER_REQUEST(TAKT_INSTANTIATE_OF_PLAYER)
+#undef TAKT_INSTANTIATE_OF_PLAYER
+#undef TAKT_INSTANTIATE_OF_SERVER
 #undef TAKT_INSTANTIATE
 
 const RequestInfo* find_request(std::string_view name) {

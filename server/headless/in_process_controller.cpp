@@ -2,50 +2,16 @@
 
 #include <stdexcept>
 
+#include "server/messages/description_message.h"
+#include "server/messages/instant_messages.h"
+
 namespace takt {
-
-controller::CellInfo controller_cell_info(const CellDescription& cell) {
-  controller::CellInfo info;
-  for (const RobotDescription& robot : cell.robots)
-    info.robots.push_back({robot.name, robot.arm, robot.X_WR});
-  for (const GripperDescription& gripper : cell.grippers) {
-    info.grippers.push_back(
-        {gripper.name, gripper.robot, gripper.X_FG * gripper.X_GT, gripper.max_width_m, gripper.max_force_N});
-  }
-  for (const DeviceDescription& device : cell.devices) {
-    controller::DeviceInfo& added = info.devices.emplace_back();
-    added.name = device.name;
-    for (const SignalDescription& signal : device.signals) added.signals.push_back(signal.name);
-  }
-  for (const ComponentDescription& component : cell.components) info.components.push_back(component.name);
-  return info;
-}
-
-void fill_controller_input(const Snapshot& snapshot, controller::Input& input) {
-  input.time_s = snapshot.time_s;
-  input.robots.resize(snapshot.robots.size());
-  input.grippers.resize(snapshot.grippers.size());
-  input.components.resize(snapshot.components.size());
-  for (std::size_t i = 0; i < snapshot.robots.size(); ++i) {
-    input.robots[i] = {snapshot.robots[i].position, snapshot.robots[i].velocity};
-  }
-  for (std::size_t i = 0; i < snapshot.grippers.size(); ++i) {
-    const GripperSample& sample = snapshot.grippers[i];
-    input.grippers[i] = {sample.width_m,     sample.closed, sample.moving,
-                         sample.in_position, sample.part,   sample.force_N};
-  }
-  for (std::size_t i = 0; i < snapshot.components.size(); ++i) {
-    const ComponentSample& sample = snapshot.components[i];
-    input.components[i] = {sample.p_WB, sample.q_WB, sample.partner};
-  }
-  input.devices.resize(snapshot.devices.size());
-  for (std::size_t i = 0; i < snapshot.devices.size(); ++i)
-    input.devices[i].assign(snapshot.devices[i].signals.begin(), snapshot.devices[i].signals.end());
-}
 
 InProcessController::InProcessController(const std::string& program_file, const Simulation& simulation,
                                          const controller::Parameters& parameters)
-    : controller_(program_file, controller_cell_info(simulation.description()), parameters),
+    : description_(to_message(simulation.description(), "")),
+      controller_(program_file, description_, parameters),
+      state_(make_state_message(simulation.description())),
       step_s_(simulation.description().step_s),
       snapshot_(simulation.make_snapshot()) {
   commands_.reserve(controller_.driven_robots().size() + controller_.driven_grippers().size() +
@@ -73,8 +39,8 @@ std::span<const Command> InProcessController::commands(const Simulation& simulat
   while (period_boundary_step(boundary_, controller_.period_s(), step_s_) <= simulation.step_index())
     ++boundary_;
   simulation.read_snapshot(snapshot_);
-  fill_controller_input(snapshot_, input_);
-  const controller::Output& output = controller_.update(input_);
+  fill(state_, simulation.description(), snapshot_);
+  const controller::Output& output = controller_.update(state_);
   finished_ = output.finished;
   for (const controller::JointSetPoint& set_point : output.joints) {
     JointCommand command;

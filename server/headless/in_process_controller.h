@@ -10,14 +10,9 @@
 
 namespace takt {
 
-/// The cell in the controller's form.
-controller::CellInfo controller_cell_info(const CellDescription& cell);
-/// The instant in the controller's form; `input` keeps its storage.
-void fill_controller_input(const Snapshot& snapshot, controller::Input& input);
-
 class InProcessController {
  public:
-  /// Throws std::runtime_error if the program cannot be loaded for this cell.
+  /// Throws std::runtime_error if the program cannot be loaded for this cell, or the cell does not fit its messages.
   InProcessController(const std::string& program_file, const Simulation& simulation,
                       const controller::Parameters& parameters = {});
 
@@ -34,10 +29,11 @@ class InProcessController {
   /// Throws std::runtime_error for a signal that cannot be set, or not to this value.
   DeviceCommand validated(const controller::DeviceSetPoint& set_point, const CellDescription& cell) const;
 
+  takt_msgs::msg::CellDescription description_;
   controller::Controller controller_;
+  takt_msgs::msg::CellState state_;
   double step_s_;
   Snapshot snapshot_;
-  controller::Input input_;
   std::vector<Command> commands_;
   /// Of each driven device: the last checked set-point, and its command.
   std::vector<std::pair<controller::DeviceSetPoint, DeviceCommand>> device_commands_;

@@ -18,6 +18,19 @@ void fill_instant(Type& message, const Snapshot& snapshot) {
   message.epoch = snapshot.epoch;
 }
 
+void fill_devices(takt_msgs::msg::CellState& message, const CellDescription& cell, const Snapshot& snapshot) {
+  for (std::size_t i = 0; i < snapshot.devices.size(); ++i) {
+    const DeviceSample& sample = snapshot.devices[i];
+    auto& signals = message.devices[i].signals;
+    std::copy_n(sample.signals.begin(), signals.size(), signals.begin());
+    auto& applied = message.applied[cell.robots.size() + cell.grippers.size() + i];
+    applied.count = sample.commands_applied;
+    applied.newest_stamp = to_stamp(std::max(sample.newest_stamp.ns, std::int64_t{0}));
+  }
+}
+
+}  // namespace
+
 takt_msgs::msg::CellState make_state_message(const CellDescription& cell) {
   takt_msgs::msg::CellState message;
   message.scenario_generation = cell.scenario_generation;
@@ -43,19 +56,7 @@ takt_msgs::msg::CellState make_state_message(const CellDescription& cell) {
   return message;
 }
 
-void fill_devices(takt_msgs::msg::CellState& message, const CellDescription& cell, const Snapshot& snapshot) {
-  for (std::size_t i = 0; i < snapshot.devices.size(); ++i) {
-    const DeviceSample& sample = snapshot.devices[i];
-    auto& signals = message.devices[i].signals;
-    std::copy_n(sample.signals.begin(), signals.size(), signals.begin());
-    auto& applied = message.applied[cell.robots.size() + cell.grippers.size() + i];
-    applied.count = sample.commands_applied;
-    applied.newest_stamp = to_stamp(std::max(sample.newest_stamp.ns, std::int64_t{0}));
-  }
-}
-
-/// Each fill_content() returns whether the message has content, and does not allocate from the second time on.
-bool fill_content(takt_msgs::msg::CellState& message, const CellDescription& cell, const Snapshot& snapshot) {
+void fill(takt_msgs::msg::CellState& message, const CellDescription& cell, const Snapshot& snapshot) {
   fill_instant(message, snapshot);
   message.state_hash = snapshot.state_hash;
   for (std::size_t i = 0; i < snapshot.components.size(); ++i) {
@@ -95,6 +96,13 @@ bool fill_content(takt_msgs::msg::CellState& message, const CellDescription& cel
     applied.newest_stamp = to_stamp(std::max(sample.newest_stamp.ns, std::int64_t{0}));
   }
   fill_devices(message, cell, snapshot);
+}
+
+namespace {
+
+/// Each fill_content() returns whether the message has content, and does not allocate from the second time on.
+bool fill_content(takt_msgs::msg::CellState& message, const CellDescription& cell, const Snapshot& snapshot) {
+  fill(message, cell, snapshot);
   return true;
 }
 

@@ -46,6 +46,11 @@ void fill(sensor_msgs::msg::JointState& message, const Snapshot& snapshot, std::
 
 takt_msgs::msg::Contact to_message(const ContactSample& sample);
 
+/// A state with as many elements as the cell has, and what does not change.
+takt_msgs::msg::CellState make_state_message(const CellDescription& cell);
+/// Does not allocate.
+void fill(takt_msgs::msg::CellState& message, const CellDescription& cell, const Snapshot& snapshot);
+
 /// Allocates if the number of elements exceeds all earlier ones.
 void fill(takt_msgs::msg::ContactPressures& message, const CellDescription& cell, const Snapshot& snapshot,
           const std::vector<PressedPair>& pairs);

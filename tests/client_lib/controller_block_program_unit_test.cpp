@@ -23,7 +23,7 @@ const std::string kProgram = std::string(TAKT_CONFIG_DIR) + "/programs/block_ass
 /// One record per period, up to the end of the program or 60 s.
 const std::vector<Record>& block_run() {
   static const std::vector<Record> run = [] {
-    const CellInfo cell = block_cell();
+    const CellDescription cell = block_cell();
     Controller controller(kProgram, cell);
     IdealPlant plant(controller, cell);
     std::vector<Record> records;
@@ -31,8 +31,8 @@ const std::vector<Record>& block_run() {
       Record record;
       record.time_s = plant.time_s();
       for (size_t i = 0; i < 2; ++i) {
-        record.q[i] = plant.input().robots[i].position;
-        record.qd[i] = plant.input().robots[i].velocity;
+        record.q[i] = joint_array(plant.state().robots[i].position);
+        record.qd[i] = joint_array(plant.state().robots[i].velocity);
         record.verb[i] = output.grippers[i].verb;
         record.width_m[i] = output.grippers[i].width_m;
       }
@@ -61,7 +61,7 @@ Pose tcp_at_part(double x, double y, double bottom_z, double grip_height, double
 }
 
 void expect_tcp(double time_s, int robot, const Pose& expected) {
-  static const CellInfo cell = block_cell();
+  static const CellDescription cell = block_cell();
   const Record& record = at(time_s);
   const auto i = static_cast<size_t>(robot);
   const Pose X_WT = tcp_in_world(cell, robot, record.q[i]);
@@ -147,12 +147,12 @@ TEST(BlockProgram, MotionsKeepSpeedLimitsAndAreContinuous) {
 }
 
 TEST(BlockProgram, RobotsKeepClearOfEachOtherAndOfTheTables) {
-  const CellInfo cell = block_cell();
+  const CellDescription cell = block_cell();
   double nearest = 1e9, lowest = 1e9;
   double nearest_time = 0.0;
   const auto capsules = [&](size_t robot, size_t k) {
-    const RobotInfo& info = cell.robots[robot];
-    return test::arm_capsules(info.arm, info.X_WR, block_run()[k].q[robot]);
+    const auto& described = cell.robots[robot];
+    return test::arm_capsules(arm_model(described), pose_of(described.base), block_run()[k].q[robot]);
   };
   for (size_t k = 0; k < block_run().size(); k += 5) {
     const std::vector<test::Capsule> first = capsules(0, k), second = capsules(1, k);
@@ -178,7 +178,7 @@ TEST(BlockProgram, RobotsKeepClearOfEachOtherAndOfTheTables) {
 }
 
 TEST(BlockProgram, CarriedPartsKeepClearOfPartsBelow) {
-  const CellInfo cell = block_cell();
+  const CellDescription cell = block_cell();
   const auto tcp = [&](const Record& record, int robot) {
     return tcp_in_world(cell, robot, record.q[static_cast<size_t>(robot)]);
   };
@@ -199,15 +199,15 @@ TEST(BlockProgram, CarriedPartsKeepClearOfPartsBelow) {
 }
 
 TEST(BlockProgram, RepeatedRunsGiveTheSameBits) {
-  const CellInfo cell = block_cell();
+  const CellDescription cell = block_cell();
   Controller controller(kProgram, cell);
   for (int run = 0; run < 2; ++run) {
     IdealPlant plant(controller, cell);
     size_t k = 0;
     plant.run(60.0, [&](const Output& output) {
-      EXPECT_EQ(plant.input().robots[0].position, block_run()[k].q[0]);
-      EXPECT_EQ(plant.input().robots[1].position, block_run()[k].q[1]);
-      EXPECT_EQ(plant.input().robots[1].velocity, block_run()[k].qd[1]);
+      EXPECT_EQ(joint_array(plant.state().robots[0].position), block_run()[k].q[0]);
+      EXPECT_EQ(joint_array(plant.state().robots[1].position), block_run()[k].q[1]);
+      EXPECT_EQ(joint_array(plant.state().robots[1].velocity), block_run()[k].qd[1]);
       ++k;
       return output.finished || testing::Test::HasFailure();
     });
@@ -217,19 +217,17 @@ TEST(BlockProgram, RepeatedRunsGiveTheSameBits) {
 }
 
 TEST(BlockProgram, TheProgramDoesNotDependOnTheLastBitsOfTime) {
-  const CellInfo cell = block_cell();
+  const CellDescription cell = block_cell();
   Controller controller(kProgram, cell);
-  Input input = initial_input(cell);
+  CellState state = initial_state(cell);
   for (size_t k = 0; k < block_run().size(); ++k) {
     if (k > 0) {
-      ASSERT_EQ(input.robots[0].position, block_run()[k].q[0]);
-      ASSERT_EQ(input.robots[1].position, block_run()[k].q[1]);
+      ASSERT_EQ(joint_array(state.robots[0].position), block_run()[k].q[0]);
+      ASSERT_EQ(joint_array(state.robots[1].position), block_run()[k].q[1]);
     }
-    input.time_s = std::round(block_run()[k].time_s * 1e9 + (k % 3 == 0 ? 0.4 : -0.4)) * 1e-9;
-    const Output& output = controller.update(input);
-    for (const JointSetPoint& joints : output.joints) {
-      input.robots[static_cast<size_t>(joints.robot)] = {joints.position, joints.velocity};
-    }
+    state.time = std::round(block_run()[k].time_s * 1e9 + (k % 3 == 0 ? 0.4 : -0.4)) * 1e-9;
+    const Output& output = controller.update(state);
+    for (const JointSetPoint& joints : output.joints) place_at(joints, state);
   }
 }
 

@@ -10,17 +10,21 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-CellInfo cell_with_oven() {
-  CellInfo cell = block_cell();
-  cell.devices = {{"Lamp", {"on"}}, {"Oven", {"set_temperature", "door", "temperature"}}};
+CellDescription cell_with_oven() {
+  CellDescription cell = block_cell();
+  cell.devices = {{"Lamp", {{"on", "", true, 0.0, 1.0}}},
+                  {"Oven",
+                   {{"set_temperature", "degC", true, 0.0, 300.0},
+                    {"door", "", true, 0.0, 1.0},
+                    {"temperature", "degC", false, 0.0, 0.0}}}};
   return cell;
 }
 
-Input input_at(const CellInfo& cell, double time_s, double temperature) {
-  Input input = initial_input(cell);
-  input.time_s = time_s;
-  input.devices = {{0.0}, {20.0, 0.0, temperature}};
-  return input;
+CellState state_at(const CellDescription& cell, double time_s, double temperature) {
+  CellState state = initial_state(cell);
+  state.time = time_s;
+  state.devices = {{{0.0}}, {{20.0, 0.0, temperature}}};
+  return state;
 }
 
 TEST(ControllerDevices, SignalsAreSetAndReadByNameAndKept) {
@@ -29,14 +33,14 @@ TEST(ControllerDevices, SignalsAreSetAndReadByNameAndKept) {
     routine("Robot1", function(r)
       r:wait(0.016)
       oven:set{door = 1, set_temperature = 120}
-      r:wait_for(function(cell) return cell.devices.Oven.temperature > 100 end)
+      r:wait_for(function(cell) return cell.devices.Oven.signals.temperature > 100 end)
       oven:set{door = 0}
     end))");
-  const CellInfo cell = cell_with_oven();
+  const CellDescription cell = cell_with_oven();
   Controller controller(program.path(), cell);
   EXPECT_THAT(controller.driven_devices(), ElementsAre(1));
   const auto at = [&](double time_s, double temperature) -> const DeviceSetPoint& {
-    return controller.update(input_at(cell, time_s, temperature)).devices.at(0);
+    return controller.update(state_at(cell, time_s, temperature)).devices.at(0);
   };
   EXPECT_TRUE(at(0.0, 20.0).signals.empty());  // nothing set yet
   EXPECT_TRUE(at(0.008, 20.0).signals.empty());
@@ -48,10 +52,10 @@ TEST(ControllerDevices, SignalsAreSetAndReadByNameAndKept) {
 
 std::string device_error_of(const std::string& text, const Parameters& parameters = {}) {
   const ProgramFile program(text);
-  const CellInfo cell = cell_with_oven();
+  const CellDescription cell = cell_with_oven();
   try {
     Controller controller(program.path(), cell, parameters);
-    controller.update(input_at(cell, 0.0, 20.0));
+    controller.update(state_at(cell, 0.0, 20.0));
   } catch (const std::runtime_error& error) {
     return error.what();
   }
@@ -66,11 +70,11 @@ TEST(ControllerDevices, MistakesAreReported) {
   EXPECT_THAT(device_error_of("routine('Robot1', function(r) device('Oven') end)"),
               HasSubstr("while the program is loaded"));
   EXPECT_THAT(device_error_of("local o = device('Oven') routine('Robot1', function(r) o:set{lid = 1} end)"),
-              HasSubstr("set_temperature, door, temperature"));
+              HasSubstr("Oven has no signal 'lid'; it has set_temperature, door, temperature"));
   EXPECT_THAT(device_error_of("local o = device('Oven') routine('Robot1', function(r) o:set(1) end)"),
               HasSubstr("a table {SIGNAL = value"));
-  EXPECT_THAT(device_error_of("routine('Robot1', function(r) local t = cell.devices.Oven.heat end)"),
-              HasSubstr("signal of Oven called 'heat'"));
+  EXPECT_THAT(device_error_of("routine('Robot1', function(r) local t = cell.devices.Oven.signals.heat end)"),
+              HasSubstr("has no 'heat'; it has set_temperature, door, temperature"));
 }
 
 TEST(ControllerParameters, ParametersReplaceTheDefaultsOfAProgram) {

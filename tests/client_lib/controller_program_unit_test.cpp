@@ -14,7 +14,7 @@ using testing::Not;
 /// within 60 s.
 double closing_time(const std::string& text, int gripper = 0) {
   const ProgramFile file(text);
-  const CellInfo cell = block_cell();
+  const CellDescription cell = block_cell();
   Controller controller(file.path(), cell);
   IdealPlant plant(controller, cell);
   double time_s = -1.0;
@@ -30,7 +30,7 @@ double closing_time(const std::string& text, int gripper = 0) {
 /// The exception of update() or of the constructor within 60 s.
 std::string error_of(const std::string& text) {
   const ProgramFile file(text);
-  const CellInfo cell = block_cell();
+  const CellDescription cell = block_cell();
   try {
     Controller controller(file.path(), cell);
     IdealPlant plant(controller, cell);
@@ -56,7 +56,7 @@ TEST(Program, AProgramWaitsForTimes) {
 TEST(Program, TheProgramContinuesWhenTheRobotHasArrived) {
   const std::string program = in_routine(
       "local q = r.joints\n q[1] = q[1] + 0.5\n r:move_joints(q, {duration_s = 2})\n"
-      "assert(cell.robots.Robot1.joints[1] == q[1])\n r.gripper:close()");
+      "assert(cell.robots.Robot1.position[1] == q[1])\n r.gripper:close()");
   EXPECT_NEAR(closing_time(program), 2.0, 1e-12);
 }
 
@@ -84,7 +84,7 @@ TEST(Program, RoutinesReportTheirActionsAndTimes) {
       "  r:wait_until(3)\n"
       "end)\n"
       "routine('Robot2', function(r) r:wait(2) signal('go') r:wait(100) end)\n");
-  const CellInfo cell = block_cell();
+  const CellDescription cell = block_cell();
   Controller controller(file.path(), cell);
   const auto run = [&](double until_s) {
     IdealPlant plant(controller, cell);
@@ -127,39 +127,81 @@ TEST(Program, AProgramReadsTheCell) {
       in_routine("r:wait_for(function(cell) return cell.components.P.partner == 'Gripper1' end)\n"
                  "assert(cell.components.O.partner == nil)\n"
                  "local p = cell.components.P.pose\n assert(p.x == 0.25 and p.z == 0.5 and p.yaw == 0)\n"
-                 "assert(cell.grippers.Gripper2.width_m == 0.15 and not cell.grippers.Gripper2.closed)\n"
+                 "assert(cell.grippers.Gripper2.width == 0.15 and not cell.grippers.Gripper2.closed)\n"
                  "local g = cell.grippers.Gripper2\n"
-                 "assert(g.part_present == nil and g.in_position and not g.moving and g.force_N == 0)\n"
+                 "assert(g.part == nil and g.in_position and not g.moving and g.force == 0)\n"
                  "g = cell.grippers.Gripper1\n"
-                 "assert(g.part_present == 'P' and g.moving and not g.in_position and g.force_N == 12.5)\n"
-                 "assert(cell.time_s == 0.016)\n r.gripper:close(20)"));
-  const CellInfo cell = block_cell();
+                 "assert(g.part == 'P' and g.moving and not g.in_position and g.force == 12.5)\n"
+                 "assert(cell.time == 0.016)\n r.gripper:close(20)"));
+  const CellDescription cell = block_cell();
   Controller controller(file.path(), cell);
   IdealPlant plant(controller, cell);
-  plant.input().components[7].p_WB = Vec3(0.25, 0.0, 0.5);
-  plant.input().grippers[1].in_position = true;
-  plant.input().grippers[0].moving = true;
-  plant.input().grippers[0].part = 7;
-  plant.input().grippers[0].force_N = 12.5;
+  plant.state().components[7].position = {0.25, 0.0, 0.5};
+  plant.state().grippers[1].in_position = true;
+  plant.state().grippers[0].moving = true;
+  plant.state().grippers[0].part = 7;
+  plant.state().grippers[0].force = 12.5;
   EXPECT_FALSE(plant.update().finished);
-  plant.input().components[7].partner = 3;
+  plant.state().components[7].partner = 3;
   EXPECT_FALSE(plant.update().finished);
-  plant.input().components[7].partner = 2;
+  plant.state().components[7].partner = 2;
   const Output& output = plant.update();
   EXPECT_TRUE(output.finished);
   EXPECT_EQ(output.grippers.at(0).verb, GripperAction::close);
   EXPECT_EQ(output.grippers.at(0).max_force_N, 20.0);
 }
 
+TEST(Program, EveryFieldOfTheMessagesIsReadableByItsName) {
+  CellDescription cell = block_cell();
+  cell.devices = {{"Oven", {{"door", "", true, 0.0, 1.0}, {"temperature", "degC", false, 0.0, 0.0}}}};
+  cell.components[7].mass = 0.25;
+  cell.step_size = 0.002;
+  CellState state = initial_state(cell);
+  state.step = 12;
+  state.state_hash = 0xDEADBEEFDEADBEEF;
+  state.components[7].state = PartState::assembled;
+  state.components[7].linear_velocity = {1.0, 2.0, 3.0};
+  state.robots[1].effort = {1.0, 2.0, 3.0, 4.0, 5.0, 6.0};
+  state.devices[0].signals = {1.0, 80.0};
+  state.applied = {{"Robot1", 7, {2, 5}}};
+  const ProgramFile file(R"(
+    assert(cell.description.step_size == 0.002 and #cell.description.components == 8)
+    local mass = cell.description.components.P.mass
+    routine('Robot1', function(r)
+      assert(mass == 0.25 and cell.description.components[8].name == 'P')
+      assert(cell.description.grippers.Gripper1.tool_center_point.position.z == 0.2)
+      assert(cell.description.robots.Robot1.base.pose.x == -0.75)
+      assert(cell.description.robots.Robot1.joints.elbow_joint.type == 'revolute')
+      assert(cell.description.grippers.Gripper2.robot == 'Robot2')
+      assert(cell.step == 12 and cell.state_hash == '0xdeadbeefdeadbeef')
+      local P = cell.components.P
+      assert(P.state == 'assembled' and P.linear_velocity.y == 2)
+      local effort = cell.robots.Robot2.effort
+      assert(#effort == 6 and effort[3] == 3 and effort.elbow_joint == 3 and effort[7] == nil)
+      assert(cell.devices.Oven.signals.temperature == 80 and cell.devices[1].signals[1] == 1)
+      assert(cell.devices[2] == nil)
+      assert(cell.applied.Robot1.count == 7 and cell.applied[1].newest_stamp.sec == 2)
+      assert(tostring(P) == 'part of the cell')
+      local before = P.position
+      r:wait(0.008)
+      assert(before.x == 0 and P.position.x == 0.5, 'a vector stays, a component does not')
+    end))");
+  Controller controller(file.path(), cell);
+  EXPECT_FALSE(controller.update(state).finished);
+  state.time = 0.008;
+  state.components[7].position.x = 0.5;
+  EXPECT_TRUE(controller.update(state).finished);
+}
+
 TEST(Program, StandingCommandsAreSentEveryPeriod) {
   const ProgramFile file(in_routine("r:wait(1) r.gripper:width(0.06) r:wait(1) r.gripper:open() r:wait(1)"));
-  const CellInfo cell = block_cell();
+  const CellDescription cell = block_cell();
   Controller controller(file.path(), cell);
   EXPECT_EQ(controller.driven_robots(), std::vector<int>{0});
   EXPECT_EQ(controller.driven_grippers(), std::vector<int>{0});
   EXPECT_EQ(controller.period_s(), 0.008);
   IdealPlant plant(controller, cell);
-  plant.input().grippers[0].width_m = 0.1;
+  plant.state().grippers[0].width = 0.1;
   int widths = 0, opens = 0;
   plant.run(3.5, [&](const Output& output) {
     EXPECT_EQ(output.joints.size(), 1U);
@@ -215,9 +257,18 @@ TEST(Program, UnknownNamesAreRefused) {
   EXPECT_THAT(error_of("routine('Robot3', function(r) end)"),
               HasSubstr("the cell has no robot 'Robot3'; it has Robot1, Robot2"));
   EXPECT_THAT(error_of(in_routine("return cell.components.X.pose")),
-              HasSubstr("the cell has no component 'X'"));
+              HasSubstr("the list of components has no 'X'; it has Table1"));
   EXPECT_THAT(error_of(in_routine("return cell.grippers.X")), HasSubstr("it has Gripper1, Gripper2"));
-  EXPECT_THAT(error_of(in_routine("return cell.time")), HasSubstr("the cell has no 'time'; it has time_s"));
+  EXPECT_THAT(error_of(in_routine("return cell.time_s")),
+              HasSubstr("CellState has no 'time_s'; it has stamp, time"));
+  EXPECT_THAT(error_of(in_routine("return cell.grippers.Gripper1.width_m")),
+              HasSubstr("GripperState has no 'width_m'; it has width, force, "));
+  EXPECT_THAT(error_of(in_routine("return cell.components.P.position.roll")),
+              HasSubstr("Vector3 has no 'roll'; it has x, y, z"));
+  EXPECT_THAT(error_of(in_routine("return cell.robots.Robot1.position.elbow")),
+              HasSubstr("has no 'elbow'; it has shoulder_pan_joint"));
+  EXPECT_THAT(error_of(in_routine("return #cell.components.P")), HasSubstr("ComponentState is no list"));
+  EXPECT_THAT(error_of("local t = cell.time " + in_routine("")), HasSubstr("only while routines run"));
   EXPECT_THAT(error_of(in_routine("r:fly()")), HasSubstr("a robot has no 'fly'"));
   EXPECT_THAT(error_of("local x = 1"), HasSubstr("has no routine"));
   EXPECT_THAT(error_of(in_routine("") + in_routine("")),
@@ -287,32 +338,32 @@ TEST(Program, TablesHaveAFixedOrder) {
 
 TEST(Controller, AFailedProgramStaysFailedUntilRestarted) {
   const ProgramFile file(in_routine("r:wait(0.1)\nerror('here')"));
-  const CellInfo cell = block_cell();
+  const CellDescription cell = block_cell();
   Controller controller(file.path(), cell);
-  Input input = initial_input(cell);
-  controller.update(input);
-  input.time_s = 0.2;
-  EXPECT_THROW(controller.update(input), std::runtime_error);
-  EXPECT_THROW(controller.update(input), std::runtime_error);
+  CellState state = initial_state(cell);
+  controller.update(state);
+  state.time = 0.2;
+  EXPECT_THROW(controller.update(state), std::runtime_error);
+  EXPECT_THROW(controller.update(state), std::runtime_error);
   controller.restart();
-  input.time_s = 0.0;
-  EXPECT_FALSE(controller.update(input).finished);
+  state.time = 0.0;
+  EXPECT_FALSE(controller.update(state).finished);
 }
 
 TEST(Controller, MismatchedInputIsRefused) {
   const ProgramFile file(in_routine("r:wait(10)"));
-  const CellInfo cell = block_cell();
-  Input input = initial_input(cell);
+  const CellDescription cell = block_cell();
+  CellState state = initial_state(cell);
   {
     Controller controller(file.path(), cell);
-    input.time_s = 1.0;
-    controller.update(input);
-    input.time_s = 0.5;
-    EXPECT_THROW(controller.update(input), std::runtime_error);
+    state.time = 1.0;
+    controller.update(state);
+    state.time = 0.5;
+    EXPECT_THROW(controller.update(state), std::runtime_error);
   }
   Controller controller(file.path(), cell);
-  input.robots.pop_back();
-  EXPECT_THROW(controller.update(input), std::runtime_error);
+  state.robots.pop_back();
+  EXPECT_THROW(controller.update(state), std::runtime_error);
   EXPECT_THROW(Controller("no/such/program.lua", cell), std::runtime_error);
 }
 
@@ -320,14 +371,14 @@ TEST(Controller, TheControllerCatchesUpWithAMissedPeriod) {
   const ProgramFile file(
       in_routine("local q = r.joints q[1] = q[1] + 0.4 r:move_joints(q, {duration_s = 0.8, "
                  "acceleration_rad_per_s2 = 9})"));
-  const CellInfo cell = block_cell();
+  const CellDescription cell = block_cell();
   Controller all(file.path(), cell), some(file.path(), cell);
-  Input input = initial_input(cell);
+  CellState state = initial_state(cell);
   for (int k = 0; k <= 110; ++k) {
-    input.time_s = 0.008 * k;
-    const JointSetPoint expected = all.update(input).joints.at(0);
+    state.time = 0.008 * k;
+    const JointSetPoint expected = all.update(state).joints.at(0);
     if (k == 40 || k == 98 || k == 99) continue;
-    const JointSetPoint found = some.update(input).joints.at(0);
+    const JointSetPoint found = some.update(state).joints.at(0);
     EXPECT_EQ(found.position, expected.position) << k;
     EXPECT_EQ(found.velocity, expected.velocity) << k;
   }

@@ -5,7 +5,9 @@
 
 #include <vector>
 
+#include "client_lib/recording/sample.h"
 #include "client_lib/recording/signal_table.h"
+#include "idl/common/cdr.h"
 #include "takt_msgs.h"
 
 namespace takt::test {
@@ -78,6 +80,35 @@ TEST(MessageJson, ListsWithAKeyAndOtherListsNeedNoDescription) {
   const json cell = message_json(small_cell(), {});
   EXPECT_EQ(cell["devices"]["Oven"]["signals"]["door"],
             json::parse(R"({"unit": "", "commanded": true, "lower": 0.0, "upper": 1.0})"));
+}
+
+std::string sample_of(const auto& message) {
+  std::string bytes;
+  EXPECT_TRUE(cdr::write(message, bytes));
+  return bytes;
+}
+
+TEST(MessageJson, SamplesOfARecordingHaveTheNamesOfItsDescription) {
+  const std::string type = "takt_msgs/msg/CellState", sample = sample_of(state_of_small_cell());
+  recording::JsonSamples samples(recording::known_types());
+  const recording::Json alone = samples.read(type, sample);
+  EXPECT_EQ(alone["state_hash"], "0x0000000000000abc");
+  EXPECT_EQ(alone["components"][0]["state"], "grasped");
+  EXPECT_EQ(alone["components"][0]["partner"], 1) << "without a description there are no names";
+  EXPECT_EQ(samples.read("takt_msgs/msg/CellDescription", sample_of(small_cell()))["cell"], "");
+  EXPECT_EQ(json(samples.read(type, sample)), message_json(state_of_small_cell(), named_lists(small_cell())));
+  // A state of another cell is not cut to the size of this one.
+  takt_msgs::msg::CellState larger = state_of_small_cell();
+  larger.components.emplace_back();
+  EXPECT_EQ(samples.read(type, sample_of(larger))["components"].size(), 3U);
+}
+
+TEST(MessageJson, SamplesOfOtherTypesAreAsTheyAre) {
+  recording::MessageTypes types;
+  types.add_ros2msg("takt_msgs/msg/CellState", "uint64 state_hash\n");  // of another version
+  recording::JsonSamples samples(types);
+  EXPECT_EQ(samples.read("takt_msgs/msg/CellState", std::string("\0\1\0\0\7\0\0\0\0\0\0\0", 12)).dump(),
+            R"({"state_hash":7})");
 }
 
 TEST(MessageJson, TheWayToALeafIsTheNameOfItsSignal) {

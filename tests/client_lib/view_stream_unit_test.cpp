@@ -91,13 +91,28 @@ TEST(FoxgloveProtocol, SubscriptionsAreReadAndInvalidOnesRefused) {
 TEST(FoxgloveProtocol, CallsAreReadAndCutOnesReported) {
   std::string call("\x02\x01\x00\x00\x00\x05\x00\x00\x00\x04\x00\x00\x00json", 17);
   const std::size_t head = call.size();
-  call += R"({"request": "step", "arguments": {"steps": 10, "why": "a test"}})";
+  call +=
+      R"({"request": "step", "arguments": {"b": true, "d": {"a": 1}, "n": [1, 0.5], "steps": 10, "t": ["u"],
+    "why": "a test", "x": 0.5}})";
   const auto read = foxglove::read_binary(call);
   ASSERT_TRUE(read);
   EXPECT_EQ(read->problem, "");
   EXPECT_EQ(read->call, 5U);
   EXPECT_EQ(read->request, "step");
-  EXPECT_EQ(read->arguments, (takt::view::Arguments{{"steps", "10"}, {"why", "a test"}}));
+  using takt::ValueKind;
+  const takt::Arguments expected{{"b", {.kind = ValueKind::boolean, .flag = true}},
+                                 {"d", {.kind = ValueKind::document, .text = R"({"a":1})"}},
+                                 {"n", {.kind = ValueKind::numbers, .numbers = {1.0, 0.5}}},
+                                 {"steps", {.kind = ValueKind::integer, .integer = 10}},
+                                 {"t", {.kind = ValueKind::texts, .texts = {"u"}}},
+                                 {"why", {.kind = ValueKind::text, .text = "a test"}},
+                                 {"x", {.kind = ValueKind::number, .number = 0.5}}};
+  EXPECT_EQ(read->arguments, expected);
+  // An answer has the same form.
+  const std::string response = foxglove::service_response(1, 5, {takt::ControlResult::ok, "Done.", expected});
+  const auto answer = nlohmann::json::parse(response.substr(1 + 3 * 4 + 4));
+  EXPECT_EQ(answer["result"], 1);
+  EXPECT_EQ(answer["values"], nlohmann::json::parse(call.substr(head))["arguments"]);
   for (std::size_t length = 0; length < call.size(); ++length) {
     const auto cut = foxglove::read_binary(std::string_view(call).substr(0, length));
     EXPECT_EQ(cut.has_value(), length >= head) << length;

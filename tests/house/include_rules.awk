@@ -71,7 +71,7 @@ BEGIN {
   may["server/server_main.cpp"] = "plant_models/ server/ idl/"
   may["server/tools/"] = "server/runtime/ server/tools/ idl/command_line/ " may["server/headless/"]
   may["client_lib/kinematics/"] = plant " client_lib/kinematics/ GENERATED"
-  may["client_lib/controller/"] = plant " client_lib/kinematics/ client_lib/controller/"
+  may["client_lib/controller/"] = plant " client_lib/kinematics/ client_lib/controller/ GENERATED"
   may["client_lib/render/"] = plant " client_lib/render/"
   may["client_lib/recording/"] = "idl/common/ client_lib/recording/ GENERATED"
   may["client_lib/"] = plant " client_lib/ idl/transport/ idl/ GENERATED"
@@ -136,7 +136,7 @@ FNR == 1 {
     if (target == "takt_enumerations.h") next
     generated = target ~ /^([a-z0-9_]*_msgs|takt_topics)\.h$/
     # Those of requests and events belong to the vocabulary.
-    if (target ~ /^takt_(request|event)(s|_table)\.h$/) target = "idl/vocabulary/" target
+    if (target ~ /^takt_(request|event|player)(s|_table)?\.h$/) target = "idl/vocabulary/" target
     if (target ~ /(^|\/)\.\.?\//) complain("includes are relative to the repository's root: " target)
     else if (here != "" && generated && index(may[here] " ", "GENERATED ") == 0 && may[here] !~ /GENERATED$/)
       complain(here " must not know the messages of the wire: " target)

@@ -77,7 +77,7 @@ expect client_lib/a.cpp:1 client_lib/a.cpp '#include "server/simulation/model/sn
 expect client_lib/tools/takt/a.cpp:1 client_lib/tools/takt/a.cpp '#include <server/simulation/model/snapshot.h>\n'
 expect idl/command_line/a.cpp:1 idl/command_line/a.cpp '#include "client_lib/client.h"\n'
 expect client_lib/controller/a.cpp:1 client_lib/controller/a.cpp '#include "client_lib/client.h"\n'
-expect client_lib/controller/a.cpp:1 client_lib/controller/a.cpp '#include "takt_msgs.h"\n'
+expect client_lib/controller/a.cpp:1 client_lib/controller/a.cpp '#include "server/messages/instant_messages.h"\n'
 expect client_lib/kinematics/a.cpp:1 client_lib/kinematics/a.cpp '#include "client_lib/controller/controller.h"\n'
 expect client_lib/render/a.cpp:1 client_lib/render/a.cpp '#include "server/geometry/mesh/mesh.h"\n'
 expect server/contact/a.cpp:1 server/contact/a.cpp '#  include "../geometry/mesh.h"\n'

@@ -160,6 +160,14 @@ class Vocabulary(unittest.TestCase):
                          ("do_it", "loop", "bits", ["state"]))
         self.assertEqual([code.value for code in request.codes], [1, 4, 2, 101])
 
+    def test_a_request_of_the_player_is_none_of_the_server(self):
+        text = """// Does it.
+@final @request(phase="at_once", of="player") struct DoIt {};
+@final struct DoItResponse {};"""
+        self.assertEqual(self.table(requests, text, "player"), [])
+        reader = read(f"{ENUMERATIONS}module player {{\n{text}\n}};\n}};\n")
+        self.assertEqual([one.name for one in requests.of(reader, "player")], ["do_it"])
+
     def test_mistakes_in_a_request_are_named_with_what_is_allowed(self):
         for words, text in (
                 ("has no struct DoItResponse", '@final @request(phase="loop") struct DoIt {};'),
@@ -185,7 +193,7 @@ class Vocabulary(unittest.TestCase):
             self.assertIn(words, str(caught.exception))
 
     def test_the_pages_are_those_of_the_idl(self):
-        reader = idl.read([ROOT / "idl" / "takt_requests.idl", ROOT / "idl" / "takt_events.idl"])
+        reader = idl.read([ROOT / "idl" / "takt_player.idl", ROOT / "idl" / "takt_events.idl"])
         for name, text in (("requests", requests.page(reader)), ("events", events.page(reader))):
             page = (ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8")
             self.assertTrue(page == text, f"docs/{name}.md differs from the IDL: ./dev docs writes it")

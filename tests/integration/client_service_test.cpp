@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "client_lib/client.h"
+#include "client_lib/kinematics/arm.h"
 #include "client_lib/tools/takt_controller/session.h"
 #include "tests/support/built_programs.h"
 #include "tests/support/child_process.h"
@@ -59,20 +60,23 @@ TEST(ClientAndService, TheDescriptionEqualsThatOfTheCellBitByBit) {
     EXPECT_EQ(cell->components[i].name, truth.components[i].name);
     EXPECT_EQ(cell->components[i].vertices, truth.components[i].vertices);
   }
-  const auto digested = takt::tool::controller_cell(*cell);
-  ASSERT_EQ(digested.robots.size(), truth.robots.size());
+  ASSERT_EQ(cell->robots.size(), truth.robots.size());
   for (std::size_t i = 0; i < truth.robots.size(); ++i) {
-    EXPECT_EQ(digested.robots[i].X_WR, truth.robots[i].X_WR);
-    EXPECT_EQ(digested.robots[i].arm.X_JF, truth.robots[i].arm.X_JF);
-    ASSERT_EQ(digested.robots[i].arm.joint_count(), truth.robots[i].arm.joint_count());
+    const takt::ArmModel arm = takt::arm_model(cell->robots[i]);
+    EXPECT_EQ(takt::pose_of(cell->robots[i].base), truth.robots[i].X_WR);
+    EXPECT_EQ(arm.X_JF, truth.robots[i].arm.X_JF);
+    ASSERT_EQ(arm.joint_count(), truth.robots[i].arm.joint_count());
     for (std::size_t j = 0; j < truth.robots[i].arm.joints.size(); ++j) {
-      EXPECT_EQ(digested.robots[i].arm.joints[j].X_PJ, truth.robots[i].arm.joints[j].X_PJ);
-      EXPECT_EQ(digested.robots[i].arm.joints[j].axis, truth.robots[i].arm.joints[j].axis);
-      EXPECT_EQ(digested.robots[i].arm.joints[j].upper, truth.robots[i].arm.joints[j].upper);
+      EXPECT_EQ(arm.joints[j].X_PJ, truth.robots[i].arm.joints[j].X_PJ);
+      EXPECT_EQ(arm.joints[j].axis, truth.robots[i].arm.joints[j].axis);
+      EXPECT_EQ(arm.joints[j].upper, truth.robots[i].arm.joints[j].upper);
     }
   }
-  for (std::size_t i = 0; i < truth.grippers.size(); ++i)
-    EXPECT_EQ(digested.grippers.at(i).X_FT, truth.grippers[i].X_FG * truth.grippers[i].X_GT);
+  ASSERT_EQ(cell->grippers.size(), truth.grippers.size());
+  for (std::size_t i = 0; i < truth.grippers.size(); ++i) {
+    EXPECT_EQ(takt::pose_of(cell->grippers[i].mount), truth.grippers[i].X_FG);
+    EXPECT_EQ(takt::pose_of(cell->grippers[i].tool_center_point), truth.grippers[i].X_GT);
+  }
 }
 
 TEST(ClientAndService, StepsAndResetsShowInTheState) {

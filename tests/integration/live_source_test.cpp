@@ -1,7 +1,6 @@
 // The source between the page of takt view and a running cell.
 #include "client_lib/view/live_source.h"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <future>
@@ -22,6 +21,10 @@ std::unique_ptr<ChildProcess> paused_server() {
       "--domain", std::to_string(takt::test::test_domain()), "--paused"});
 }
 
+takt::Arguments steps(std::uint64_t count) {
+  return takt::arguments_of(takt::requests::Step{.steps = count});
+}
+
 TEST(LiveSource, ARequestReachesARestartingServer) {
   auto server = paused_server();
   takt::ClientOptions options;
@@ -30,19 +33,21 @@ TEST(LiveSource, ARequestReachesARestartingServer) {
   options.timeout = takt::test::kGenerous;
   takt::view::Stream stream;
   takt::view::LiveSource source(options, stream);
-  ASSERT_EQ(source.request("step", {{"steps", "3"}}).result, 1);
+  ASSERT_EQ(source.request("step", steps(3)).result, takt::ControlResult::ok);
 
   for (int restart = 0; restart < 3; ++restart) {
     server->signal(SIGTERM);
     ASSERT_EQ(server->wait(), 0);
-    auto answer = std::async(std::launch::async, [&] { return source.request("step", {{"steps", "2"}}); });
+    auto answer = std::async(std::launch::async, [&] { return source.request("step", steps(2)); });
     server = paused_server();
     takt::view::Answer got = answer.get();
     // The server may answer ahead of its scenario, and then reports that.
     while (got.message.find("being loaded; ask again") != std::string::npos)
-      got = source.request("step", {{"steps", "2"}});
-    EXPECT_EQ(got.result, 1) << got.message;
-    EXPECT_THAT(got.values, testing::Contains(testing::Pair("step", "2")));  // once, and by the new server
+      got = source.request("step", steps(2));
+    EXPECT_EQ(got.result, takt::ControlResult::ok) << got.message;
+    takt::requests::StepResponse response;
+    EXPECT_FALSE(takt::read_arguments("step", got.values, response));
+    EXPECT_EQ(response.step, 2U);  // once, and by the new server
   }
 }
 
@@ -53,11 +58,11 @@ TEST(LiveSource, ARequestToAMissingCellIsRefused) {
   options.domain = static_cast<int>(takt::test::test_domain());
   takt::view::Stream stream;
   takt::view::LiveSource source(options, stream);
-  ASSERT_EQ(source.request("get_state", {}).result, 1);
+  ASSERT_EQ(source.request("get_state", {}).result, takt::ControlResult::ok);
   server->signal(SIGTERM);
   ASSERT_EQ(server->wait(), 0);
   const takt::view::Answer answer = source.request("step", {});
-  EXPECT_EQ(answer.result, 4);
+  EXPECT_EQ(answer.result, takt::ControlResult::failed);
   EXPECT_NE(answer.message.find("gone away"), std::string::npos) << answer.message;
 }
 

@@ -179,7 +179,7 @@ class Server : public testing::Test {
     std::unique_lock lock(mutex_);
     ++asked_;
     changed_.wait(lock, [&] { return free_; });
-    return {1, "Done: " + request, {}};
+    return {takt::ControlResult::ok, "Done: " + request, {}};
   }
   void let_go() {
     const std::lock_guard lock(mutex_);

@@ -131,7 +131,7 @@ def test_a_recording_of_takt_run_has_the_same_description(scenario, cell, tmp_pa
     lines = subprocess.run([takt.program_path("takt"), "export", recording, "--json"], check=True,
                            capture_output=True, text=True).stdout.splitlines()
     descriptions = [line["sample"] for line in map(json.loads, lines) if line["topic"].endswith("/description")]
-    (oven,) = descriptions[0]["devices"]
+    oven = descriptions[0]["devices"]["Oven"]
     signals = cell.info.devices["Oven"].signals
-    assert oven["signals"] == [{"name": s.name, "unit": s.unit, "commanded": s.commanded, "lower": s.lower, "upper": s.upper}
-                               for s in signals]
+    assert oven["signals"] == {s.name: {"unit": s.unit, "commanded": s.commanded, "lower": s.lower, "upper": s.upper}
+                               for s in signals}

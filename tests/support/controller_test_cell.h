@@ -1,16 +1,20 @@
 #pragma once
-// The block scenario's cell in the controller's form, a plant that follows set-points ideally, and programs
+// The block scenario's cell as a message, a plant that follows set-points ideally, and programs
 // in files.
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "client_lib/controller/controller.h"
+#include "client_lib/kinematics/arm.h"
+#include "server/messages/description_message.h"
 #include "server/scenario/urdf_arm.h"
 
 namespace takt::controller {
@@ -24,56 +28,87 @@ inline const ArmModel& ur10e() {
 inline constexpr JointArray kHome1{0.6061, -1.1318, -2.1304, -1.4502, 1.5708, -0.9647};
 inline constexpr JointArray kHome2{0.4115, -1.2986, -1.9381, -1.4757, 1.5708, 0.4115};
 
-inline CellInfo block_cell() {
-  CellInfo cell;
-  cell.robots.push_back({"Robot1", ur10e(), {Mat3::Identity(), {-0.75, 0.0, 0.7}}});
-  cell.robots.push_back({"Robot2", ur10e(), {rotation_from_rpy({0.0, 0.0, M_PI / 2.0}), {0.60, -0.70, 0.7}}});
-  const Pose X_FT{Mat3::Identity(), {0.0, 0.0, 0.2}};
-  cell.grippers.push_back({"Gripper1", 0, X_FT, 0.15, 150.0});
-  cell.grippers.push_back({"Gripper2", 1, X_FT, 0.15, 150.0});
-  cell.components = {"Table1", "Table2", "Gripper1", "Gripper2", "B", "C", "O", "P"};
-  return cell;
+using takt_msgs::msg::CellDescription;
+using takt_msgs::msg::CellState;
+
+inline CellDescription block_cell() {
+  takt::CellDescription cell;
+  const auto add_robot = [&](const char* name, const Pose& X_WR) {
+    auto& robot = cell.robots.emplace_back();
+    robot.name = name;
+    robot.arm = ur10e();
+    robot.X_WR = X_WR;
+  };
+  add_robot("Robot1", {Mat3::Identity(), {-0.75, 0.0, 0.7}});
+  add_robot("Robot2", {rotation_from_rpy({0.0, 0.0, M_PI / 2.0}), {0.60, -0.70, 0.7}});
+  for (const char* name : {"Table1", "Table2", "Gripper1", "Gripper2", "B", "C", "O", "P"})
+    cell.components.emplace_back().name = name;
+  for (int i = 0; i < 2; ++i) {
+    auto& gripper = cell.grippers.emplace_back();
+    gripper.name = "Gripper" + std::to_string(i + 1);
+    gripper.robot = i;
+    gripper.component = 2 + i;
+    gripper.X_GT.p = {0.0, 0.0, 0.2};
+    gripper.max_width_m = 0.15;
+    gripper.max_force_N = 150.0;
+  }
+  return to_message(cell, "");
 }
 
-inline Input initial_input(const CellInfo& cell) {
-  Input input;
-  input.robots.resize(cell.robots.size());
-  input.robots[0].position = kHome1;
-  if (cell.robots.size() > 1) input.robots[1].position = kHome2;
-  input.grippers.assign(cell.grippers.size(), {0.15, false});
-  input.components.resize(cell.components.size());
-  return input;
+/// Robots at home, jaws open, signals zero.
+inline CellState initial_state(const CellDescription& cell) {
+  CellState state;
+  state.components.resize(cell.components.size());
+  for (const auto& robot : cell.robots) {
+    const JointArray& home = state.robots.empty() ? kHome1 : kHome2;
+    const std::vector<double> position(home.begin(), home.begin() + std::ssize(robot.joints));
+    const std::vector<double> zeros(robot.joints.size());
+    state.robots.push_back({position, zeros, zeros, {}});
+  }
+  state.grippers.resize(cell.grippers.size());
+  for (auto& gripper : state.grippers) gripper.width = 0.15;
+  for (const auto& device : cell.devices)
+    state.devices.push_back({std::vector<double>(device.signals.size())});
+  return state;
 }
 
-inline Pose tcp_in_world(const CellInfo& cell, int robot, const JointArray& q) {
-  ArmPoses poses;
-  const RobotInfo& info = cell.robots[static_cast<size_t>(robot)];
-  forward_kinematics(info.arm, q.data(), poses);
-  return info.X_WR * poses.X_RF * cell.grippers[static_cast<size_t>(robot)].X_FT;
+inline JointArray joint_array(const std::vector<double>& values) {
+  JointArray array{};
+  std::ranges::copy(values, array.begin());
+  return array;
+}
+
+/// The state of the robot at a set-point.
+inline void place_at(const JointSetPoint& set_point, CellState& state) {
+  auto& robot = state.robots[static_cast<size_t>(set_point.robot)];
+  std::copy_n(set_point.position.begin(), robot.position.size(), robot.position.begin());
+  std::copy_n(set_point.velocity.begin(), robot.velocity.size(), robot.velocity.begin());
+}
+
+inline Pose tcp_in_world(const CellDescription& cell, int robot, const JointArray& q) {
+  const auto i = static_cast<size_t>(robot);
+  return Arm(cell, cell.robots[i].name, cell.grippers[i].name)
+      .forward_kinematics(std::span(q).first(cell.robots[i].joints.size()));
 }
 
 /// Robots are at the newest set-points of the previous period.
 class IdealPlant {
  public:
-  IdealPlant(Controller& controller, const CellInfo& cell)
-      : controller_(&controller), input_(initial_input(cell)) {}
+  IdealPlant(Controller& controller, const CellDescription& cell)
+      : controller_(&controller), state_(initial_state(cell)) {}
 
-  Input& input() { return input_; }
-  double time_s() const { return input_.time_s; }
+  CellState& state() { return state_; }
+  double time_s() const { return state_.time; }
 
   const Output& update() {
-    input_.time_s = static_cast<double>(k_++) * controller_->period_s();
-    const Output& output = controller_->update(input_);
-    for (const JointSetPoint& joints : output.joints) {
-      next_[static_cast<size_t>(joints.robot)] = {joints.position, joints.velocity};
-    }
+    state_.time = static_cast<double>(k_++) * controller_->period_s();
+    const Output& output = controller_->update(state_);
+    next_ = output.joints;
     return output;
   }
   /// To the end of the period.
   void follow() {
-    for (size_t i = 0; i < input_.robots.size(); ++i) {
-      if (static_cast<size_t>(i) < next_.size()) input_.robots[i] = next_[i];
-    }
+    for (const JointSetPoint& joints : next_) place_at(joints, state_);
   }
   /// Whole periods until `stop` returns true after an update, or the time is over.
   void run(double until_s, const std::function<bool(const Output&)>& stop = {}) {
@@ -86,8 +121,8 @@ class IdealPlant {
 
  private:
   Controller* controller_;
-  Input input_;
-  std::array<Input::Robot, 2> next_{};
+  CellState state_;
+  std::vector<JointSetPoint> next_;
   long k_ = 0;
 };
 

@@ -85,7 +85,7 @@ for (const protocol of ['foxglove.websocket.v1', 'foxglove.sdk.v1']) {
   assert.ok(Math.abs(length(force.arrows[0]) - 0.01 * size) < 1e-6, `${length(force.arrows[0])} for ${size} N`);
   // Elements that press, on request, as coloured triangles in the frame of their component.
   live.subscribe('/takt/pressures');
-  assert.equal((await call('watch_pressures', {pairs: '*-Table1', duration: '60'})).result, 1);
+  assert.equal((await call('watch_pressures', {pairs: ['*-Table1'], duration: 60})).result, 1);
   await live.until(() => live.samples.get('/takt/pressures')?.entities.length > 0);
   for (const entity of live.samples.get('/takt/pressures').entities) {
     assert.match(entity.id, /^pressure .*Table1/);

@@ -158,6 +158,7 @@ int list_contents(const Common& common, McapReader& reader, const std::vector<st
 }
 
 int export_json(McapReader& reader) {
+  recording::JsonSamples samples(reader.types());
   reader.read([&](const recording::McapMessage& message) {
     if (message.channel->encoding != "cdr" || reader.types().find(message.channel->type) == nullptr)
       return true;
@@ -165,7 +166,7 @@ int export_json(McapReader& reader) {
                          {"type", message.channel->type},
                          {"log_time_ns", message.log_time_ns},
                          {"publish_time_ns", message.publish_time_ns}};
-    line["sample"] = recording::to_json(reader.types(), message.channel->type, message.sample);
+    line["sample"] = samples.read(message.channel->type, message.sample);
     std::printf("%s\n", recording::json_text(line).c_str());
     return true;
   });

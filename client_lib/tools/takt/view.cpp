@@ -70,10 +70,9 @@ int view(const Common& common, const ViewOptions& options) {
       std::fprintf(stderr, "takt: note: %s\n", source.recording().cut_off().c_str());
     web.name = std::filesystem::path(options.file).filename().string();
     web.metadata = {{"source", "file"}};
-    serve(common, options, stream, std::move(web),
-          [&](const std::string& name, const view::Arguments& arguments) {
-            return source.request(name, arguments);
-          });
+    serve(common, options, stream, std::move(web), [&](const std::string& name, const Arguments& arguments) {
+      return source.request(name, arguments);
+    });
     return kOk;
   }
   view::LiveSource source(common.client, stream);
@@ -82,9 +81,7 @@ int view(const Common& common, const ViewOptions& options) {
   web.metadata = {{"source", "live"}, {"cell", common.client.cell}};
   web.metrics = [&metrics] { return metrics.text(); };
   serve(common, options, stream, std::move(web),
-        [&](const std::string& name, const view::Arguments& arguments) {
-          return source.request(name, arguments);
-        });
+        [&](const std::string& name, const Arguments& arguments) { return source.request(name, arguments); });
   return kOk;
 }
 

@@ -1,14 +1,10 @@
 #include "client_lib/tools/takt_controller/session.h"
 
-#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <limits>
 #include <map>
 #include <stdexcept>
-
-#include "client_lib/kinematics/arm.h"
-#include "idl/common/eigen_messages.h"
 
 namespace takt::tool {
 namespace {
@@ -30,7 +26,7 @@ class Session {
       : options_(options),
         cell_(options.client),
         info_(cell_.cell()),
-        controller_(options.program, controller_cell(*info_), options.parameters),
+        controller_(options.program, *info_, options.parameters),
         period_s_(controller_.period_s()) {}
 
   /// `again`: the cell was lost before. One that goes on in the middle is left alone until it is reset.
@@ -120,9 +116,8 @@ class Session {
   /// Calls the program once for each boundary up to this state. In lockstep there is exactly one; at other
   /// paces there may be several after a delay, and the commands of the last one count.
   void compute(const State& state) {
-    const controller::Input input = controller_input(state);
     while (next_boundary_ * period_s_ - kTimeTolerance_s <= state.time) {
-      output_ = &controller_.update(input);
+      output_ = &controller_.update(state);
       finished_ = output_->finished;
       next_boundary_ += 1.0;
     }
@@ -176,47 +171,6 @@ class Session {
 };
 
 }  // namespace
-
-controller::CellInfo controller_cell(const CellInfo& info) {
-  controller::CellInfo cell;
-  for (const auto& robot : info.robots)
-    cell.robots.push_back({robot.name, arm_model(robot), pose_of(robot.base)});
-  for (const auto& gripper : info.grippers) {
-    if (gripper.robot < 0 || gripper.robot >= static_cast<int>(cell.robots.size()))
-      throw std::runtime_error("Gripper '" + gripper.name + "' is on no robot of the cell.");
-    cell.grippers.push_back({gripper.name, gripper.robot,
-                             pose_of(gripper.mount) * pose_of(gripper.tool_center_point), gripper.max_width,
-                             gripper.max_force});
-  }
-  for (const auto& device : info.devices) {
-    auto& added = cell.devices.emplace_back();
-    added.name = device.name;
-    for (const auto& signal : device.signals) added.signals.push_back(signal.name);
-  }
-  for (const auto& component : info.components) cell.components.push_back(component.name);
-  return cell;
-}
-
-controller::Input controller_input(const State& state) {
-  const auto copy = [](const std::vector<double>& from, JointArray& to) {
-    std::copy_n(from.begin(), std::min(from.size(), to.size()), to.begin());
-  };
-  controller::Input input;
-  input.time_s = state.time;
-  input.robots.resize(state.robots.size());
-  for (std::size_t i = 0; i < state.robots.size(); ++i) {
-    copy(state.robots[i].position, input.robots[i].position);
-    copy(state.robots[i].velocity, input.robots[i].velocity);
-  }
-  for (const auto& gripper : state.grippers)
-    input.grippers.push_back(
-        {gripper.width, gripper.closed, gripper.moving, gripper.in_position, gripper.part, gripper.force});
-  for (const auto& component : state.components)
-    input.components.push_back(
-        {to_eigen(component.position), to_eigen(component.orientation), component.partner});
-  for (const auto& device : state.devices) input.devices.push_back(device.signals);
-  return input;
-}
 
 int run_session(const SessionOptions& options) {
   std::optional<Session> session(std::in_place, options);

@@ -23,11 +23,4 @@ struct SessionOptions {
 /// the server if the program has not finished.
 int run_session(const SessionOptions& options);
 
-/// The description of the cell in the types of the controller library; poses and matrices keep their bits. Throws
-/// std::runtime_error if a gripper is on no robot of the cell or a robot has too many joints.
-controller::CellInfo controller_cell(const CellInfo& info);
-
-/// One instant in the types of the controller library; the numbers keep their bits.
-controller::Input controller_input(const State& state);
-
 }  // namespace takt::tool

@@ -216,7 +216,7 @@ function rows() {
         const label = element('label', `${name} LoD `), choice = element('select', '');
         for (const n of [1, 2, 3]) choice.append(new Option(n, n, false, n === level));
         choice.disabled = $('play').disabled;
-        choice.onchange = () => ask('set_level_of_detail', {level_of_detail: choice.value, process: name});
+        choice.onchange = () => ask('set_level_of_detail', {level_of_detail: Number(choice.value), process: name});
         label.append(choice);
         return label;
       }));
@@ -272,12 +272,12 @@ function ask(request, args) {
 const on = (id, request, args = () => ({})) => { $(id).onclick = () => ask(request, args()).catch(() => {}); };
 on('play', 'set_state', () => ({state: 'playing'}));
 on('pause', 'set_state', () => ({state: 'paused'}));
-on('step', 'step', () => ({steps: $('steps').value}));
+on('step', 'step', () => ({steps: Number($('steps').value)}));
 on('reset', 'reset');
 $('pace').append(...Object.keys(Pace).map((pace) => new Option(pace)));
 $('pace').onchange = $('factor').onchange = () =>
-  ask('set_pace', {pace: $('pace').value, ...($('pace').value === nameOf(Pace, Pace.realtime) ? {factor: $('factor').value} : {})}).catch(() => {});
-$('position').oninput = () => ask('seek', {position: String($('position').value * (playback?.duration ?? 0))}).catch(() => {});
+  ask('set_pace', {pace: $('pace').value, ...($('pace').value === nameOf(Pace, Pace.realtime) ? {factor: Number($('factor').value)} : {})}).catch(() => {});
+$('position').oninput = () => ask('seek', {position: $('position').value * (playback?.duration ?? 0)}).catch(() => {});
 $('add-plot').onclick = () => { plots.add($('signal').value.trim()); $('signal').value = ''; };
 
 // --- pressures ------------------------------------------------------------------------------------------------------
@@ -296,7 +296,7 @@ function pressureLegend(pairs) {
 // The server sends pressures while a client repeats its request. A recording has the pressures that were requested during it.
 function askForPressures() {
   const pairs = $('pressure').value;
-  if (pairs && !playback && link.service && !$('play').disabled) ask('watch_pressures', {pairs, duration: '15'}).catch(() => {});
+  if (pairs && !playback && link.service && !$('play').disabled) ask('watch_pressures', {pairs: [pairs], duration: 15}).catch(() => {});
 }
 setInterval(askForPressures, 5000);
 $('pressure').onchange = () => {
