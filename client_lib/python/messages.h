@@ -41,11 +41,11 @@ struct type_caster<Enumeration, enable_if_t<takt::TabledEnumeration<Enumeration>
   }
   bool load(handle source, bool) {
     if (isinstance<str>(source)) {
-      const auto name = source.cast<std::string>();
-      const auto found = takt::enumerator_of<Enumeration>(name);
+      const auto word = source.cast<std::string>();
+      const auto found = takt::enumerator_of<Enumeration>(word);
       if (!found)
         throw takt::ClientError(takt::ClientError::Kind::invalid,
-                                "'" + name + "' is no " + std::string(takt::kEnumeration<Enumeration>.name) +
+                                "'" + word + "' is no " + std::string(takt::kEnumeration<Enumeration>.name) +
                                     "; allowed are " + takt::enumerator_names<Enumeration>() + ".");
       value = *found;
       return true;
