@@ -8,6 +8,7 @@
 #include "client_lib/tools/takt/commands.h"
 #include "client_lib/tools/takt/follow.h"
 #include "client_lib/tools/takt/sample_json.h"
+#include "idl/common/text.h"
 
 namespace takt::tool {
 namespace {
