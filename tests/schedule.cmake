@@ -8,7 +8,7 @@ set(TAKT_TESTS_THAT_WAIT "^integration\\.")
 set(TAKT_TESTS_ALONE "^integration\\.(DdsFrozenClient|FullDisk)\\.")
 
 # Long cases that share nothing: an entry a case, so that every processor has one.
-set(TAKT_TESTS_BY_CASE "^config\\.(Shipped/RefinedPeaks|BlockContact|ChainsawScenario|RotorScenario)\\.")
+set(TAKT_TESTS_BY_CASE "^config\\.(Shipped/RefinedPeaks|BlockContact|ChainsawScenario|RotorScenario)$")
 
 # Only with ./dev test --long: scenarios at other levels of detail than their own (the block assembly has all three), and the
 # longest ones, which other tests run as they are shipped.

@@ -79,7 +79,7 @@ def test_enumerations_are_enumerations(cell):
     assert cell.state.components["P"].state is takt.PartState.placed
     assert list(takt.Pace) == [takt.Pace.realtime, takt.Pace.free, takt.Pace.lockstep]
     assert takt.JointType["revolute"] is cell.info.robots["Robot1"].joints[0].type
-    with pytest.raises(TypeError):
+    with pytest.raises(takt.Invalid, match="'ajar' is no GripperAction; allowed are open, close, width"):
         cell.set_gripper("Gripper1", "ajar")
     cell.set_gripper("Gripper1", "close")
 

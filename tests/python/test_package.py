@@ -79,16 +79,17 @@ def test_help_says_how_to_step():
 
 
 def test_units_shapes_and_frames_come_from_the_table():
-    assert takt.messages.RobotState.position.__doc__ == "of each joint (array (joints,), in rad | m)"
-    assert takt.messages.ComponentState.position.__doc__ == "of the origin of B (array (3,), in m, frame W)"
-    assert "(array (vertices, 3), in m, frame B)" in takt.messages.ComponentDescription.vertices.__doc__
+    assert takt.messages.RobotState.position.__doc__ == "position of each joint (array (joints,), in rad | m)"
+    assert takt.messages.ComponentState.position.__doc__ == "position of the origin of B (array (3,) x y z, in m, in frame W)"
+    assert takt.messages.SignalDescription.upper.__doc__.endswith("(in the unit of the signal)")
+    assert "(array (vertices, 3), in m, in frame B)" in takt.messages.ComponentDescription.vertices.__doc__
     assert "None" in takt.messages.ComponentState.partner.__doc__
 
 
 def test_help_says_what_a_sample_holds():
     text = takt.Topics.wait_for_contact_pressures.__doc__
     assert "pairs: pairs in the order of the request" in text and "time: simulated time (in s)" in text
-    assert "(array (elements, 3, 3), in m, frame base)" in takt.messages.ContactPressure.corners.__doc__
+    assert "(array (elements, 3, 3), in m, in frame base)" in takt.messages.ContactPressure.corners.__doc__
 
 
 # --- stubs
