@@ -5,11 +5,11 @@ import {ColladaLoader} from 'three/addons/loaders/ColladaLoader.js';
 import {OBJLoader} from 'three/addons/loaders/OBJLoader.js';
 import {STLLoader} from 'three/addons/loaders/STLLoader.js';
 import URDFLoader from 'urdf-loader';
-import {ComponentType, PartState, nameOf} from './messages.js';
+import {ComponentType, PartState} from './messages.js';
 
-export const STATES = [], STATE_COLORS = [];  // words and colours of Parts, by PartState
-for (const [state, color, word] of [[PartState.free, 0x7f8c97], [PartState.grasped, 0xe08214, 'held'], [PartState.placed, 0x2c7fb8],
-  [PartState.assembled, 0x2e9e5b]]) [STATES[state], STATE_COLORS[state]] = [word ?? nameOf(PartState, state), color];
+// Words and colours of Parts, by PartState.
+export const STATES = {[PartState.free]: 'free', [PartState.grasped]: 'held', [PartState.placed]: 'placed', [PartState.assembled]: 'assembled'};
+export const STATE_COLORS = {[PartState.free]: 0x7f8c97, [PartState.grasped]: 0xe08214, [PartState.placed]: 0x2c7fb8, [PartState.assembled]: 0x2e9e5b};
 export const OPEN = 0x9aa7b4, CLOSED = 0xc2561a, GRIPS = 0xe08214, FORCE = 0xd6204e, CONTACT = 0x8a2be2, HOLDS = 0x20639b;
 const LONGEST = 0.25;  // m; larger forces are drawn like this, as they would leave the picture
 const COLORS = [0x2b3cff, 0x18b8d8, 0x2fbf4a, 0xf2d21b, 0xe2231a].map((color) => new THREE.Color(color));  // of pressures
@@ -172,7 +172,7 @@ export class Cell {
         this.camera.position.add(moved);
         this.orbit.target.add(moved);
       }
-      component.mesh.material.color.set(options.byState && sample.state < 4 ? STATE_COLORS[sample.state] : component.own);
+      component.mesh.material.color.set(options.byState ? STATE_COLORS[sample.state] ?? component.own : component.own);
       component.arrow.set(component.mesh.position, along.set(f.x, f.y, f.z).multiplyScalar(options.forces && component.type === ComponentType.part ? options.metresPerNewton : 0));
       const holder = options.holding && sample.partner >= 0 ? state.components[sample.partner].position : null;
       component.line.visible = Boolean(holder);

@@ -190,7 +190,8 @@ function rows() {
   const number = (value, digits) => Number(value).toFixed(digits);
   const list = [['time', state ? `${number(state.time, 3)} s (step ${state.step})` : '-']];
   if (s) {
-    list.push(['state', RUNS[nameOf(SimulationState, s.state)] ?? nameOf(SimulationState, s.state)], ['pace', `${nameOf(Pace, s.pace)}${s.pace === Pace.realtime ? ` x ${number(s.pace_factor, 2)}` : ''}`],
+    const run = nameOf(SimulationState, s.state);
+    list.push(['state', RUNS[run] ?? run], ['pace', `${nameOf(Pace, s.pace)}${s.pace === Pace.realtime ? ` x ${number(s.pace_factor, 2)}` : ''}`],
       ['real-time factor', number(s.real_time_factor, 3)], ['computation ratio', number(s.computation_ratio, 4)],
       ['overruns', `${s.overruns} (lag ${number(1e3 * s.lag, 1)} ms)`], ['step p50 / p99', `${number(1e6 * s.step_time_p50, 0)} / ${number(1e6 * s.step_time_p99, 0)} µs`],
       ['solver', s.solver]);
@@ -336,7 +337,7 @@ $('screenshot').onclick = async () => {
 };
 const mark = (color, name, kind = '') => [element('i', '', {class: kind, style: `background:#${color.toString(16).padStart(6, '0')}`}), name];
 const line = (...children) => { const made = element('div', ''); made.append(...children); return made; };
-$('legend').replaceChildren(line('parts', ...STATES.flatMap((name, i) => mark(STATE_COLORS[i], name))), line('grippers', ...mark(OPEN, 'open'), ...mark(CLOSED, 'commanded to close'), ...mark(GRIPS, 'on a part')),
+$('legend').replaceChildren(line('parts', ...Object.entries(STATES).flatMap(([state, name]) => mark(STATE_COLORS[state], name))), line('grippers', ...mark(OPEN, 'open'), ...mark(CLOSED, 'commanded to close'), ...mark(GRIPS, 'on a part')),
   line('marks', ...mark(FORCE, 'force on a part', 'line'), ...mark(CONTACT, 'contact', 'line'), ...mark(HOLDS, 'holding relation', 'line')));
 
 // For tests and for the console of the browser.
