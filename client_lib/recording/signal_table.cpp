@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "client_lib/recording/message_json.h"
+#include "idl/common/text.h"
 
 namespace takt::recording {
 namespace {
@@ -10,6 +11,7 @@ namespace {
 std::string text_of(const nlohmann::json& value) {
   if (value.is_null()) return {};
   if (value.is_boolean()) return value.get<bool>() ? "1" : "0";
+  if (value.is_number_float()) return exact_text(value.get<double>());
   return value.is_string() ? value.get<std::string>() : value.dump();
 }
 
