@@ -5,10 +5,10 @@ import {ColladaLoader} from 'three/addons/loaders/ColladaLoader.js';
 import {OBJLoader} from 'three/addons/loaders/OBJLoader.js';
 import {STLLoader} from 'three/addons/loaders/STLLoader.js';
 import URDFLoader from 'urdf-loader';
-import {ComponentType, PartState} from './messages.js';
+import {ComponentType, PartState, nameOf} from './messages.js';
 
 // Words and colours of Parts, by PartState.
-export const STATES = {[PartState.free]: 'free', [PartState.grasped]: 'held', [PartState.placed]: 'placed', [PartState.assembled]: 'assembled'};
+export const STATES = Object.fromEntries([PartState.free, PartState.grasped, PartState.placed, PartState.assembled].map((state) => [state, state === PartState.grasped ? 'held' : nameOf(PartState, state)]));
 export const STATE_COLORS = {[PartState.free]: 0x7f8c97, [PartState.grasped]: 0xe08214, [PartState.placed]: 0x2c7fb8, [PartState.assembled]: 0x2e9e5b};
 export const OPEN = 0x9aa7b4, CLOSED = 0xc2561a, GRIPS = 0xe08214, FORCE = 0xd6204e, CONTACT = 0x8a2be2, HOLDS = 0x20639b;
 const LONGEST = 0.25;  // m; larger forces are drawn like this, as they would leave the picture
