@@ -75,7 +75,7 @@ def test_responses_say_what_each_field_means():
 
 def test_help_says_how_to_step():
     text = pydoc.plain(pydoc.render_doc(takt.Client.step))
-    assert re.search(r"step\(self, steps: .*Advances a paused .*steps: how many", text, re.DOTALL), text
+    assert re.search(r"step\(self, steps: .*Advances a paused .*steps: number of steps", text, re.DOTALL), text
 
 
 def test_units_shapes_and_frames_come_from_the_table():
