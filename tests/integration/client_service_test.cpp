@@ -231,7 +231,7 @@ TEST(ClientAndService, AnExplanationDoesNotChangeTheRun) {
   EXPECT_EQ(part.part, "P");
   EXPECT_EQ(part.step, 30U);
   EXPECT_EQ(part.partner, "Table1");
-  EXPECT_EQ(part.rule, PartnerRule::only_end);
+  EXPECT_EQ(part.rule, takt::PartnerRule::only_end);
   EXPECT_EQ(part.state, takt::PartState::placed);
   EXPECT_EQ(part.state_because, "Table1");
   EXPECT_EQ(part.sequence_count, 1U);

@@ -59,7 +59,7 @@ TEST(SeveralCells, CellsInOneDomainAreIndependent) {
   cells[1]->reload_scenario();
   cells[1]->set_pace(takt::Pace::free);
   EXPECT_EQ(cells[2]->state().step, 100U);
-  EXPECT_EQ(cells[2]->status().pace, Pace::realtime);
+  EXPECT_EQ(cells[2]->status().pace, takt::Pace::realtime);
   cells[0]->set_state(SimulationState::quitting);
   EXPECT_EQ(servers[0]->wait(), 0);
   cells[2]->step(50);

@@ -40,7 +40,7 @@ std::string robot_of(const takt::TopicInfo& topic) {
 
 void make_busy(Client& client) {
   client.set_level_of_detail(3);
-  client.call(takt::requests::WatchPressures{"P-Table1", 86400.0});
+  client.call(takt::requests::WatchPressures{{"P-Table1"}, 86400.0});
   client.step(200);
 }
 
