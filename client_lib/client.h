@@ -234,13 +234,13 @@ class Client {
     call(requests::SetLevelOfDetail{level, process});
   }
   /// Registers this client as a controller. In lockstep the simulation then waits at each multiple of `period` for a
-  /// command for every target (robots, grippers, devices) from this client. After `timeout` of wall time without them
-  /// it pauses and sends an event. The answer has the first such instant. LockstepController (lockstep_controller.h)
+  /// command for every target (robots, grippers, devices) from this client. After `command_timeout` of wall time
+  /// without them it pauses and sends an event. The answer has the first such instant. LockstepController (lockstep_controller.h)
   /// does all this.
   Answer<requests::RegisterController> register_controller(const std::string& name, Seconds period,
-                                                           Seconds timeout,
+                                                           Seconds command_timeout,
                                                            const std::vector<std::string>& targets) {
-    return call(requests::RegisterController{name, period.count(), timeout.count(), targets});
+    return call(requests::RegisterController{name, period.count(), command_timeout.count(), targets});
   }
   void unregister_controller(const std::string& name) { call(requests::UnregisterController{name}); }
   /// Explains why a Part is free, grasped, placed or assembled: its holder, the rule, the time of the last change, and

@@ -11,6 +11,7 @@ PHASES = {
     "host": "in the thread that exchanges the scenario",
 }
 CHANGES = {"": "nothing", "bits": "bits", "effect": "effect", "model": "model"}
+RESERVED = ("self", "timeout")  # parameters of every call in Python
 KEYS = ("phase", "results", "changes", "renews", "service", "of")
 
 
@@ -43,6 +44,9 @@ class Request:
         self.codes = [codes[name] for name in ["ok", "failed"] + self.results]
         if len({code.value for code in self.codes}) != len(self.codes):
             raise IdlError(f"{where} has two results of one number; give one of them another @value")
+        for field in struct.fields:
+            if field.name in RESERVED:
+                raise IdlError(f"{where} has an argument {field.name}, which the calls of Python have already; rename it")
         self.response = reader.structs.get(struct.full_name + "Response")
         if self.response is None:
             raise IdlError(f"{where} has no struct {struct.name}Response; add one, without fields if need be")

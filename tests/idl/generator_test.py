@@ -170,6 +170,8 @@ class Vocabulary(unittest.TestCase):
 
     def test_mistakes_in_a_request_are_named_with_what_is_allowed(self):
         for words, text in (
+                ("has an argument timeout, which the calls of Python have already",
+                 '@final @request(phase="loop") struct DoIt { double timeout; };'),
                 ("has no struct DoItResponse", '@final @request(phase="loop") struct DoIt {};'),
                 ("allowed are the phases at_once, loop", '@final @request(phase="later") struct DoIt {};'),
                 ("has result 'lost'; ControlResult has unsupported", '@final @request(phase="loop", results="lost") struct DoIt {};'),

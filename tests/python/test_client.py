@@ -95,7 +95,7 @@ def test_a_wait_ends_with_none(cell):
 
 def test_ctrl_c_ends_the_wait_for_a_boundary(server, cell):
     """A controller waits for another that is silent; afterwards it can go on waiting."""
-    cell.register_controller("silent", 0.008, ["Robot2"], timeout=600)
+    cell.register_controller("silent", 0.008, ["Robot2"], command_timeout=600)
     with server.client() as watcher, cell.lockstep(["Robot1"], 0.008, timeout=600) as controller:
 
         def interrupt_once_it_waits():
@@ -119,7 +119,7 @@ def test_ctrl_c_ends_the_wait_for_a_boundary(server, cell):
 def test_ctrl_c_ends_each_wait(server, cell, ask):
     """In lockstep a step waits for the controllers that are registered; this one sends nothing."""
     cell.set_pace(takt.Pace.lockstep)
-    cell.register_controller("silent", 0.008, ["Robot1"], timeout=600)
+    cell.register_controller("silent", 0.008, ["Robot1"], command_timeout=600)
     with server.client() as watcher:
         seen = set()
 

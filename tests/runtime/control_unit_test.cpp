@@ -57,7 +57,7 @@ TEST_F(ControlTest, RequestsAreRead) {
   EXPECT_EQ(pace.factor, 2.5);
   const auto controller = action<requests::RegisterController>(
       "register_controller",
-      {{"name", "plc"}, {"period", "0.008"}, {"timeout", "3"}, {"targets", "Gripper1, Robot1"}});
+      {{"name", "plc"}, {"period", "0.008"}, {"command_timeout", "3"}, {"targets", "Gripper1, Robot1"}});
   EXPECT_EQ(controller.period, 0.008);
   EXPECT_EQ(controller.timeout, 3.0);
   EXPECT_EQ(controller.targets, (std::vector<std::string>{"Gripper1", "Robot1"}));

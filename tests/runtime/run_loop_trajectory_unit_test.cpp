@@ -30,7 +30,7 @@ TEST(RunLoopTrajectory, ATrajectoryStandsForItsControllerInLockstepUntilItsEnd) 
   loop.start();
   ASSERT_EQ(reader
                 .request("register_controller",
-                         {{"name", "plc"}, {"period", "0.008"}, {"timeout", "600"}, {"targets", "Robot1"}})
+                         {{"name", "plc"}, {"period", "0.008"}, {"command_timeout", "600"}, {"targets", "Robot1"}})
                 .result,
             ControlResult::ok);
   ASSERT_EQ(reader.request("set_state", {{"state", "1"}}).result, ControlResult::ok);

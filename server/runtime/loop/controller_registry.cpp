@@ -42,7 +42,7 @@ std::string ControllerRegistry::add(const requests::RegisterController& request,
   Controller controller;
   controller.name = request.name;
   controller.period_s = request.period;
-  controller.timeout_s = request.timeout;
+  controller.timeout_s = request.command_timeout;
   controller.targets = std::move(targets);
   find_boundary(controller, present_step);
   *place = std::move(controller);
