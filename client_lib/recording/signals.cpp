@@ -49,9 +49,30 @@ std::optional<double> sample_time_s(const Json& sample) {
   return time_ns / 1e9;
 }
 
+void with_first_description(McapReader& recording, const std::function<void(const McapMessage&)>& function) {
+  const auto describes = [](const McapChannel& channel) {
+    return channel.encoding == "cdr" &&
+           channel.type == message_info<takt_msgs::msg::CellDescription>().name &&
+           recording.types().find(channel.type) != nullptr;
+  };
+  const auto& channels = recording.channels();
+  if (std::none_of(channels.begin(), channels.end(),
+                   [&](const auto& entry) { return describes(entry.second); }))
+    return;
+  recording.read([&](const McapMessage& message) {
+    if (!describes(*message.channel)) return true;
+    function(message);
+    return false;
+  });
+}
+
 void read_signals(McapReader& recording, const std::vector<std::string>& patterns,
                   const std::function<void(const SignalSample&)>& function) {
   SignalNames names;
+  const auto json_of = [&](const McapMessage& message) {
+    return to_json(recording.types(), message.channel->type, message.sample);
+  };
+  with_first_description(recording, [&](const McapMessage& message) { names.describe(json_of(message)); });
   recording.read([&](const McapMessage& message) {
     const McapChannel& channel = *message.channel;
     if (channel.encoding != "cdr" || recording.types().find(channel.type) == nullptr) return true;
@@ -59,7 +80,7 @@ void read_signals(McapReader& recording, const std::vector<std::string>& pattern
     SignalSample sample;
     sample.topic = short_topic(channel.topic);
     if (!description && !can_fit(sample.topic, patterns)) return true;
-    const Json json = to_json(recording.types(), channel.type, message.sample);
+    const Json json = json_of(message);
     if (description) {
       names.describe(json);
       return true;

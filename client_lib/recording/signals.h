@@ -30,6 +30,10 @@ struct SignalSample {
   std::vector<SignalValue> values;
 };
 
+/// Calls the function for the first description of a cell in the recording, if there is one. A recorder may receive samples
+/// ahead of the description that names their elements. Throws RecordingError.
+void with_first_description(McapReader& recording, const std::function<void(const McapMessage&)>& function);
+
 /// Calls the function for every sample with signals that fit one of the patterns (* for any characters).
 /// Throws RecordingError.
 void read_signals(McapReader& recording, const std::vector<std::string>& patterns,

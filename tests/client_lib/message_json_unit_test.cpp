@@ -5,10 +5,13 @@
 
 #include <vector>
 
+#include "client_lib/recording/mcap_writer.h"
 #include "client_lib/recording/sample.h"
 #include "client_lib/recording/signal_table.h"
+#include "client_lib/recording/signals.h"
 #include "idl/common/cdr.h"
 #include "takt_msgs.h"
+#include "tests/support/temporary_directory.h"
 
 namespace takt::test {
 namespace {
@@ -101,6 +104,32 @@ TEST(MessageJson, SamplesOfARecordingHaveTheNamesOfItsDescription) {
   takt_msgs::msg::CellState larger = state_of_small_cell();
   larger.components.emplace_back();
   EXPECT_EQ(samples.read(type, sample_of(larger))["components"].size(), 3U);
+}
+
+TEST(MessageJson, ADescriptionNamesTheSamplesThatWereRecordedAheadOfIt) {
+  const TemporaryDirectory directory;
+  const auto file = directory / "r.mcap";
+  {
+    const auto& types = recording::known_types();
+    recording::McapWriter writer(file, "a test");
+    const auto states = writer.add_channel("/cell/state", types, "takt_msgs/msg/CellState", {});
+    const auto descriptions =
+        writer.add_channel("/cell/description", types, "takt_msgs/msg/CellDescription", {});
+    writer.write(states, 1, 1, sample_of(state_of_small_cell()));
+    writer.write(descriptions, 2, 2, sample_of(small_cell()));
+    writer.write(states, 3, 3, sample_of(state_of_small_cell()));
+  }
+  recording::McapReader reader(file);
+  const auto components = small_cell().components;
+  EXPECT_EQ(recording::signal_names(reader, {"state.components.*.position.x"}),
+            (std::vector<std::string>{"state.components." + components[0].name + ".position.x",
+                                      "state.components." + components[1].name + ".position.x"}));
+  int described = 0;
+  recording::with_first_description(reader, [&](const recording::McapMessage& message) {
+    ++described;
+    EXPECT_EQ(message.log_time_ns, 2U);
+  });
+  EXPECT_EQ(described, 1);
 }
 
 TEST(MessageJson, SamplesOfOtherTypesAreAsTheyAre) {

@@ -38,7 +38,7 @@ def main(output, files):
         text = spelt_out(file.read_text(encoding="utf-8"))
         (output / f"ros2_names_{file.name}").write_text(text, encoding="utf-8")
         package = kind = ""
-        for module, struct in re.findall(r"\bmodule\s+(\w+)|\bstruct\s+(\w+)_\s*\{", text):
+        for module, struct in re.findall(r"\bmodule\s+(\w+)|\bstruct\s+(\w+)_\s*(?::\s*\w+_\s*)?\{", text):
             if module in ("msg", "srv"):
                 kind = module
             elif module and module != "dds_":

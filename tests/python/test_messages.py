@@ -128,7 +128,7 @@ def test_every_topic_of_the_table_is_read(config):
     with takt.Server(config / "scenarios" / "block_assembly.yaml") as server, server.client() as cell:
         cell.set_pace(takt.Pace.free)
         cell.set_level_of_detail(3)
-        cell.watch_pressures("P-Table1", for_s=86400)
+        cell.watch_pressures(["P-Table1"], duration=86400)
         cell.step(20)
         samples = {topic: getattr(cell, f"wait_for_{topic}")(timeout=60) for topic in topics_of_the_table()}
         assert [topic for topic, sample in samples.items() if sample is None] == []

@@ -42,7 +42,7 @@ const rows = readFileSync('run.csv', 'utf8').trim().split('\n');
 assert.equal(rows.length, table.rows + 1);
 assert.equal(table.rows, of(before, '/cell/state').length);
 assert.deepEqual(rows.at(-1).split(',').slice(2).map(Number).map((value) => value.toFixed(9)),
-  Object.values(of(before, '/cell/state').at(-1).components[of(before, '/cell/description')[0].components.findIndex(({name}) => name === 'P')].position).map((value) => value.toFixed(9)));
+  Object.values(of(before, '/cell/state').at(-1).components.P.position).map((value) => value.toFixed(9)));
 if (existsSync('/usr/bin/gnuplot')) {
   assert.deepEqual(say('plot', 'run.mcap', 'state.components.P.position.z', '-o', 'p.png').signals, ['state.components.P.position.z']);
   assert.equal(readFileSync('p.png').subarray(1, 4).toString(), 'PNG');

@@ -159,6 +159,9 @@ int list_contents(const Common& common, McapReader& reader, const std::vector<st
 
 int export_json(McapReader& reader) {
   recording::JsonSamples samples(reader.types());
+  recording::with_first_description(reader, [&](const recording::McapMessage& message) {
+    (void)samples.read(message.channel->type, message.sample);
+  });
   reader.read([&](const recording::McapMessage& message) {
     if (message.channel->encoding != "cdr" || reader.types().find(message.channel->type) == nullptr)
       return true;
