@@ -50,7 +50,7 @@ std::optional<double> sample_time_s(const Json& sample) {
 }
 
 void with_first_description(McapReader& recording, const std::function<void(const McapMessage&)>& function) {
-  const auto describes = [](const McapChannel& channel) {
+  const auto describes = [&](const McapChannel& channel) {
     return channel.encoding == "cdr" &&
            channel.type == message_info<takt_msgs::msg::CellDescription>().name &&
            recording.types().find(channel.type) != nullptr;

@@ -59,7 +59,7 @@ TEST_F(ControlTest, RequestsAreRead) {
       "register_controller",
       {{"name", "plc"}, {"period", "0.008"}, {"command_timeout", "3"}, {"targets", "Gripper1, Robot1"}});
   EXPECT_EQ(controller.period, 0.008);
-  EXPECT_EQ(controller.timeout, 3.0);
+  EXPECT_EQ(controller.command_timeout, 3.0);
   EXPECT_EQ(controller.targets, (std::vector<std::string>{"Gripper1", "Robot1"}));
   EXPECT_EQ(action<requests::ExplainPart>("explain_part", {{"part", "Table"}}).part, "Table");
   const auto all = action<requests::SetLevelOfDetail>("set_level_of_detail", {{"level_of_detail", "2"}});

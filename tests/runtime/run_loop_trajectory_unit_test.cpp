@@ -28,11 +28,12 @@ TEST(RunLoopTrajectory, ATrajectoryStandsForItsControllerInLockstepUntilItsEnd) 
   RunLoop loop(simulation, {.pace = Pace::lockstep, .state = SimulationState::paused});
   test::LoopReader reader(loop);
   loop.start();
-  ASSERT_EQ(reader
-                .request("register_controller",
-                         {{"name", "plc"}, {"period", "0.008"}, {"command_timeout", "600"}, {"targets", "Robot1"}})
-                .result,
-            ControlResult::ok);
+  ASSERT_EQ(
+      reader
+          .request("register_controller",
+                   {{"name", "plc"}, {"period", "0.008"}, {"command_timeout", "600"}, {"targets", "Robot1"}})
+          .result,
+      ControlResult::ok);
   ASSERT_EQ(reader.request("set_state", {{"state", "1"}}).result, ControlResult::ok);
   EXPECT_FALSE(loop.append(trajectory(loop.cell(), 0.1, 0.2, -1.0), 1, monotonic_now_ns()));
   // It is not replaced, whenever this comes.

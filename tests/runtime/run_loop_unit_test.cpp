@@ -252,9 +252,10 @@ TEST_F(RunLoopTest, LockstepWaitsForEveryTargetAndThenPauses) {
 TEST_F(RunLoopTest, EachOfSeveralLateControllersIsNamed) {
   start({.pace = Pace::lockstep, .state = SimulationState::paused});
   for (const char* robot : {"Robot1", "Robot2"})
-    expect_ok(reader_->request(
-        "register_controller",
-        {{"name", std::string("of_") + robot}, {"period", "0.008"}, {"command_timeout", "1.2"}, {"targets", robot}}));
+    expect_ok(reader_->request("register_controller", {{"name", std::string("of_") + robot},
+                                                       {"period", "0.008"},
+                                                       {"command_timeout", "1.2"},
+                                                       {"targets", robot}}));
   expect_ok(reader_->request("set_state", {{"state", "1"}}));
   const auto named = [&](std::string_view code) {
     std::set<std::string> names;
