@@ -71,8 +71,7 @@ void CellPublisher::remove_writers() {
   for (dds::DataWriter* writer : urdf_writers_) participant_.remove(writer);
 }
 
-void CellPublisher::write(const PublishedSnapshot& published) {
-  const Snapshot& snapshot = published.snapshot;
+void CellPublisher::write(const Snapshot& snapshot) {
   instant_.fill(snapshot);
   write_instant();
   newest_ = &snapshot;
@@ -91,7 +90,7 @@ void CellPublisher::write(const PublishedSnapshot& published) {
 void CellPublisher::write_instant() {
   auto writer = instant_writers_.begin();
   instant_.for_each([&](const auto&, auto& message, bool sent) {
-    if (sent) check((*writer)->write(&message, dds::HANDLE_NIL));
+    if (sent && somebody_reads(*writer)) check((*writer)->write(&message, dds::HANDLE_NIL));
     ++writer;
   });
 }

@@ -24,7 +24,7 @@ class CellPublisher {
   RunLoop& loop() { return loop_; }
   const CellDescription& cell() const { return loop_.cell(); }
 
-  void write(const PublishedSnapshot& published);
+  void write(const Snapshot& snapshot);
   /// While the simulation stands, its newest instant is repeated: the state is sent best effort, and a client
   /// that lost it or connects later would get no sample. Skipped frames are sent when they are due.
   void repeat_if_due();

@@ -42,19 +42,21 @@ StatePublisher::StatePublisher(CellHost& host, Participant& participant, const T
 void StatePublisher::open(RunLoop& loop) {
   auto made = std::make_unique<CellPublisher>(loop, participant_, topics_);
   describe(loop.cell());
-  const std::lock_guard lock(mutex_);
-  publisher_ = std::move(made);
-  loop.output().writer_attached.store(true);
+  {
+    const std::lock_guard lock(mutex_);
+    publisher_ = std::move(made);
+  }
+  loop.output().instant_writer.set(this);
 }
 
 void StatePublisher::close() {
+  detach();
   std::unique_ptr<CellPublisher> closed;
   {
     const std::lock_guard lock(mutex_);
     if (!publisher_) return;
     write_news(false);
     publisher_->finish();
-    publisher_->loop().output().writer_attached.store(false);
     closed = std::move(publisher_);
     empty_cell_.scenario.clear();
     empty_cell_.scenario_generation = closed->cell().scenario_generation;
@@ -83,30 +85,46 @@ void StatePublisher::write() {
 }
 
 void StatePublisher::finish() {
+  detach();
   {
     const std::lock_guard lock(mutex_);
     write_news(true);
-    if (publisher_) {
-      publisher_->finish();
-      publisher_->loop().output().writer_attached.store(false);
-    }
+    if (publisher_) publisher_->finish();
   }
   // A client that waits for a reply or an event should receive it before the server exits.
   (void)event_writer_->wait_for_acknowledgments(DdsDuration(0, 200'000'000));
 }
 
+void StatePublisher::write_instant() {
+  const std::lock_guard lock(mutex_);
+  write_events();
+  write_newest();
+}
+
+void StatePublisher::detach() {
+  RunLoop* loop = nullptr;
+  {
+    const std::lock_guard lock(mutex_);
+    if (publisher_) loop = &publisher_->loop();
+  }
+  if (loop != nullptr) loop->output().instant_writer.set(nullptr);
+}
+
+void StatePublisher::write_newest() {
+  if (!publisher_) return;
+  if (const Snapshot* snapshot = publisher_->loop().output().snapshots.take()) {
+    const std::int64_t began = monotonic_now_ns();
+    publisher_->write(*snapshot);
+    write_time_.record_ns(monotonic_now_ns() - began);
+  }
+}
+
 void StatePublisher::write_news(bool with_status) {
   write_events();
-  if (publisher_) {
-    LoopOutput& output = publisher_->loop().output();
-    if (const auto* published = output.snapshots.take()) {
-      const std::int64_t began = monotonic_now_ns();
-      publisher_->write(*published);
-      write_time_.record_ns(monotonic_now_ns() - began);
-      publisher_->loop().snapshot_written(published->number);
-    }
-    const auto* status = with_status ? output.status.take() : nullptr;
-    if (status != nullptr) write_status(*status, publisher_->cell());
+  write_newest();
+  if (publisher_ && with_status) {
+    if (const LoopStatus* status = publisher_->loop().output().status.take())
+      write_status(*status, publisher_->cell());
   }
   const std::vector<ControlReply> replies = host_.outbound().take_replies();
   control_.write_replies(replies);

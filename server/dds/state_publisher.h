@@ -21,7 +21,7 @@
 
 namespace takt {
 
-class StatePublisher {
+class StatePublisher final : public InstantWriter {
  public:
   /// Makes the writers. All arguments must outlive this. Throws DdsError.
   StatePublisher(CellHost& host, Participant& participant, const TopicNames& topics,
@@ -45,12 +45,19 @@ class StatePublisher {
   /// Writes the remaining output. The loop has ended.
   void finish();
 
+  /// The loop's thread, in lockstep: writes the newest instant, after the events ahead of it.
+  void write_instant() override;
+
   /// Wall time of writing one instant (state, joint states, clock). Read it when the I/O thread has ended.
   const DurationHistogram& write_time() const { return write_time_; }
 
  private:
+  /// The loop, if any, does not write its instants itself from here on.
+  void detach();
+
   // With mutex_ held:
   void write_news(bool with_status);
+  void write_newest();
   void write_events();
   void write_event(takt_msgs::msg::Event& event);
   void write_event(const DiagnosticEvent& event);
@@ -72,7 +79,7 @@ class StatePublisher {
   dds::DataWriter* event_writer_ = nullptr;
   dds::DataWriter* status_writer_ = nullptr;
 
-  /// The I/O thread holds it during writing, the host's thread during an exchange of the scenario. DDS
+  /// The I/O thread holds it during writing, in lockstep the loop's thread too, the host's thread during an exchange of the scenario. DDS
   /// entities are made and removed without it.
   std::mutex mutex_;
   std::unique_ptr<CellPublisher> publisher_;  // guarded by mutex_, as all below

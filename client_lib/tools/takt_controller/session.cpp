@@ -1,5 +1,6 @@
 #include "client_lib/tools/takt_controller/session.h"
 
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -56,6 +57,7 @@ class Session {
       throw;
     }
     std::printf("%s has finished at %.3f s.\n", options_.program.c_str(), time_s_);
+    report_speed();
     leave();
     return 0;
   }
@@ -72,6 +74,7 @@ class Session {
     next_boundary_ = std::ceil((state.time - kTimeTolerance_s) / period_s_);
     sent_at_step_.reset();
     output_ = nullptr;
+    exchanges_ = 0;
   }
 
   /// Waits for the next boundary and answers it, or answers the last one again. False when there is nothing
@@ -123,6 +126,20 @@ class Session {
     }
     time_s_ = state.time;
     sent_at_step_ = state.step;
+    last_answer_ = Clock::now();
+    if (++exchanges_ > 1) return;
+    first_answer_ = last_answer_;
+    first_time_s_ = state.time;
+  }
+
+  /// From the first answer on, so that neither discovery nor a pause ahead of the program counts.
+  void report_speed() const {
+    const double simulated_s = time_s_ - first_time_s_;
+    const double wall_s = std::chrono::duration<double>(last_answer_ - first_answer_).count();
+    if (exchanges_ < 2 || wall_s <= 0.0) return;
+    std::printf("%.3f s simulated in %.3f s, real-time factor %.1f: %llu exchanges, %.0f us each.\n",
+                simulated_s, wall_s, simulated_s / wall_s, static_cast<unsigned long long>(exchanges_),
+                1e6 * wall_s / static_cast<double>(exchanges_ - 1));
   }
 
   void send() {
@@ -167,6 +184,10 @@ class Session {
   std::uint64_t newest_sample_ = 0;
   const controller::Output* output_ = nullptr;
   double time_s_ = 0.0;  ///< of the state answered last
+  using Clock = std::chrono::steady_clock;
+  std::uint64_t exchanges_ = 0;  ///< states answered since the last reset
+  Clock::time_point first_answer_, last_answer_;
+  double first_time_s_ = 0.0;  ///< of the first of them
   bool finished_ = false;
 };
 

@@ -20,12 +20,15 @@ SimTime stamp_of(const Command& command) {
 }
 
 CommandBuffer::CommandBuffer(const CellDescription& cell, std::size_t capacity)
-    : cell_(cell), capacity_(capacity), targets_(static_cast<std::size_t>(target_count(cell))) {
+    : cell_(cell),
+      capacity_(capacity),
+      targets_(static_cast<std::size_t>(target_count(cell))),
+      missing_(targets_.size(), false) {
   waiting_.reserve(capacity_);
 }
 
 std::optional<Rejection> CommandBuffer::append(const Command& command, std::uint64_t sender,
-                                               std::int64_t received_ns) {
+                                               std::int64_t received_ns, bool* wake) {
   const int index = target_of(cell_, command);
   const auto subject = [&] { return std::string(target_name(cell_, index)); };
   const SimTime stamp = stamp_of(command);
@@ -42,6 +45,13 @@ std::optional<Rejection> CommandBuffer::append(const Command& command, std::uint
       target.sender = sender;
       target.newest_stamp = stamp.given() ? stamp : newest;
       empty_.store(false, std::memory_order_release);
+      const bool expected =
+          missing_count_ > 0 && missing_[static_cast<std::size_t>(index)] && stamp == expected_stamp_;
+      if (expected) {
+        missing_[static_cast<std::size_t>(index)] = false;
+        --missing_count_;
+      }
+      if (wake != nullptr) *wake = !expected || missing_count_ == 0;
       return std::nullopt;
     }
     if (!stale) newest = {};
@@ -68,6 +78,15 @@ void CommandBuffer::take_all(std::vector<ReceivedCommand>& out, bool may_wait) {
   }
   waiting_.swap(out);
   empty_.store(true, std::memory_order_relaxed);
+  missing_count_ = 0;
+}
+
+void CommandBuffer::expect(SimTime stamp, std::span<const int> missing) {
+  const std::lock_guard lock(mutex_);
+  missing_.assign(missing_.size(), false);
+  for (const int target : missing) missing_[static_cast<std::size_t>(target)] = true;
+  missing_count_ = missing.size();
+  expected_stamp_ = stamp;
 }
 
 void CommandBuffer::forget() {

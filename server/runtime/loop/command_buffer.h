@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "server/simulation/model/cell_description.h"
@@ -34,7 +35,13 @@ class CommandBuffer {
   ///   sender. A stamp from the future (a foreign clock) does not make commands with the present or an
   ///   earlier stamp stale.
   /// - malformed: the buffer is full, because the loop has not run for that many commands.
-  std::optional<Rejection> append(const Command& command, std::uint64_t sender, std::int64_t received_ns);
+  /// `wake`: whether the loop has reason to look, see expect().
+  std::optional<Rejection> append(const Command& command, std::uint64_t sender, std::int64_t received_ns,
+                                  bool* wake = nullptr);
+
+  /// Loop thread, ahead of a wait in lockstep: commands with this stamp are missing for these targets. Until the next
+  /// take_all() each of them but the last gives no reason to wake the loop.
+  void expect(SimTime stamp, std::span<const int> missing);
 
   /// Loop thread. Replaces the contents of `out` by all commands since the last call, in the order of
   /// arrival. Does not allocate as long as `out` keeps the storage given to it here. `may_wait` false: if
@@ -63,6 +70,9 @@ class CommandBuffer {
   std::mutex mutex_;
   std::vector<ReceivedCommand> waiting_;  // guarded by mutex_
   std::vector<Target> targets_;           // guarded by mutex_; see target_of()
+  SimTime expected_stamp_;                // guarded by mutex_, as the next two
+  std::vector<bool> missing_;             // by target
+  std::size_t missing_count_ = 0;
 };
 
 }  // namespace takt

@@ -72,6 +72,23 @@ LockstepBarrier::Verdict LockstepBarrier::check(const std::function<bool(int)>& 
   return verdict;
 }
 
+void LockstepBarrier::missing(const std::function<bool(int)>& has_command, std::vector<int>& out) const {
+  out.clear();
+  for (const auto& controller : controllers_.controllers()) {
+    if (controller.boundary_step != loop_.simulation.step_index()) continue;
+    for (const int target : controller.targets)
+      if (!has_command(target) && !covered_by_trajectory(target, loop_.simulation.time_s()))
+        out.push_back(target);
+  }
+}
+
+bool LockstepBarrier::at_boundary() const {
+  const auto& controllers = controllers_.controllers();
+  return std::any_of(controllers.begin(), controllers.end(), [this](const auto& controller) {
+    return controller.boundary_step == loop_.simulation.step_index();
+  });
+}
+
 bool LockstepBarrier::covered_by_trajectory(int target, double time_s) const {
   const auto robot = static_cast<std::size_t>(target);
   if (robot >= loop_.cell().robots.size()) return false;

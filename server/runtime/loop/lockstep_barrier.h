@@ -40,6 +40,10 @@ class LockstepBarrier {
   };
   /// In lockstep, ahead of a step; `has_command` of a target. `single_step`: a step without controllers.
   Verdict check(const std::function<bool(int target)>& has_command, bool single_step);
+  /// The targets whose commands the present step lacks, in `out`.
+  void missing(const std::function<bool(int target)>& has_command, std::vector<int>& out) const;
+  /// Whether the present step is a boundary of a controller.
+  bool at_boundary() const;
   /// The step was taken: its boundaries are crossed.
   void crossed(std::uint64_t step);
   /// Ends the wait; the next one starts at zero.

@@ -5,14 +5,10 @@
 #include "server/runtime/loop/scheduling.h"
 
 namespace takt {
-namespace {
-
-constexpr std::int64_t kLongestWait_ns = 10'000'000;
-
-}  // namespace
+namespace {}  // namespace
 
 LoopControl::LoopControl(Simulation& simulation, LoopOutput& output, const RunLoopOptions& options,
-                         AutoResetEvent& wakeup, std::atomic<bool>& stop)
+                         std::atomic<bool>& stop)
     : context{simulation, output, options.state, options.pace, options.factor},
       barrier(context),
       intake(context, barrier),
@@ -20,8 +16,8 @@ LoopControl::LoopControl(Simulation& simulation, LoopOutput& output, const RunLo
       status(context, pacer, barrier, intake),
       saver(context, options.save_every_s),
       options_(options),
-      wakeup_(wakeup),
       stop_(stop) {
+  missing_.reserve(static_cast<std::size_t>(target_count(context.cell())));
   for (requests::RegisterController controller : options.controllers) {
     std::erase_if(controller.targets,
                   [&](const std::string& target) { return find_target(context.cell(), target) < 0; });
@@ -56,6 +52,12 @@ bool LoopControl::may_step() {
   return verdict.open;
 }
 
+void LoopControl::expect_commands() {
+  if (context.pace != Pace::lockstep || !context.plays()) return;
+  barrier.missing([this](int target) { return intake.has(target); }, missing_);
+  intake.buffer().expect(SimTime::from_seconds(context.simulation.time_s()), missing_);
+}
+
 void LoopControl::take_step() {
   Simulation& simulation = context.simulation;
   const std::uint64_t step = simulation.step_index();
@@ -81,7 +83,8 @@ void LoopControl::take_step() {
   barrier.crossed(step);
   intake.set_present(simulation.time_s());
   report_step(simulation, [this](const EventRecord& record) { context.emit(record); });
-  publish_instant();
+  instant_skipped_ = !instant_is_wanted(ended);
+  if (!instant_skipped_) publish_instant();
   if (single_steps_left_ > 0 && --single_steps_left_ == 0)
     end_single_steps({ControlResult::ok, "The steps are done."});
   if (!ended_ && at_the_end()) {
@@ -103,6 +106,7 @@ void LoopControl::pause_with(const events::OfLoop& event) {
   const EventRecord record = context.record_of(event);
   context.emit(record);
   context.state = SimulationState::paused;
+  publish_skipped_instant();
   barrier.stop_waiting();
   end_single_steps({ControlResult::failed, describe(record, context.cell()).message});
   status.publish();
@@ -110,28 +114,27 @@ void LoopControl::pause_with(const events::OfLoop& event) {
 
 void LoopControl::publish_instant() {
   LoopOutput& output = context.output;
-  PublishedSnapshot& published = output.snapshots.write_buffer();
-  context.simulation.read_snapshot(published.snapshot);
-  const ContactsSample& contacts = published.snapshot.contacts;
-  status.set_contact_pairs(contacts.count + contacts.omitted);
-  published.number = ++published_;
+  Snapshot& snapshot = output.snapshots.write_buffer();
+  context.simulation.read_snapshot(snapshot);
+  status.set_contact_pairs(snapshot.contacts.count + snapshot.contacts.omitted);
   output.snapshots.publish();
-  output.news.post();
+  instant_skipped_ = false;
+  instants_.published(monotonic_now_ns());
   if (options_.on_instant) options_.on_instant(context.simulation);
-  if (context.pace == Pace::lockstep) wait_until_written();
+  if (context.pace != Pace::lockstep || !output.instant_writer.write()) output.news.post();
 }
 
-void LoopControl::wait_until_written() {
-  const LoopOutput& output = context.output;
-  while (output.writer_attached.load(std::memory_order_relaxed) && !stop_.load(std::memory_order_relaxed) &&
-         output.newest_written.load(std::memory_order_acquire) < published_) {
-    wakeup_.wait_until_ns(monotonic_now_ns() + kLongestWait_ns);
-  }
+/// In lockstep a controller waits for the instants at its boundaries.
+bool LoopControl::instant_is_wanted(std::int64_t now_ns) {
+  if (context.pace != Pace::lockstep || single_steps_left_ == 1) return true;
+  const bool due = instants_.due(context.simulation.time_s(), now_ns);
+  return due || barrier.at_boundary();
 }
 
 void LoopControl::set_state(SimulationState state) {
   if (context.state == state) return;
   context.state = state;
+  publish_skipped_instant();
   barrier.stop_waiting();
   if (state == SimulationState::playing) {
     anchor();
@@ -194,6 +197,7 @@ void LoopControl::restart(std::uint64_t step) {
   ended_ = false;
   pacer.clear_figures();
   status.restart();
+  instants_.restart(context.simulation.time_s());
   anchor();
 }
 

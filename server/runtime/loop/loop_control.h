@@ -9,6 +9,7 @@
 #include <string>
 
 #include "server/runtime/loop/command_intake.h"
+#include "server/runtime/loop/instant_schedule.h"
 #include "server/runtime/loop/lockstep_barrier.h"
 #include "server/runtime/loop/loop_context.h"
 #include "server/runtime/loop/periodic_saver.h"
@@ -20,9 +21,9 @@ namespace takt {
 
 class LoopControl {
  public:
-  /// All outlive it. `wakeup`: posted when an instant was written; `stop`: the loop is to end.
+  /// All outlive it. `stop`: the loop is to end.
   LoopControl(Simulation& simulation, LoopOutput& output, const RunLoopOptions& options,
-              AutoResetEvent& wakeup, std::atomic<bool>& stop);
+              std::atomic<bool>& stop);
 
   LoopContext context;
   LockstepBarrier barrier;
@@ -38,7 +39,13 @@ class LoopControl {
   /// Whether a step may be taken: the simulation plays or steps, and in lockstep all commands are present.
   bool may_step();
   void take_step();
+  /// Ahead of a wait: in lockstep the last missing command wakes the loop.
+  void expect_commands();
   void publish_instant();
+  /// Ahead of a wait: publishes the present instant unless it is the newest published.
+  void publish_skipped_instant() {
+    if (instant_skipped_) publish_instant();
+  }
 
   void set_state(SimulationState state);
   void set_pace(Pace pace, double factor);
@@ -46,6 +53,10 @@ class LoopControl {
   void reset();
   /// See RunLoop::restore().
   std::string restore(std::span<const std::byte> state);
+
+  void watch(const requests::WatchInstants& request) {
+    instants_.watch(request, context.simulation.time_s(), monotonic_now_ns());
+  }
 
   /// Single steps for a request; the reply follows after the last step or an interruption.
   void begin_single_steps(std::uint64_t request, std::uint64_t count);
@@ -58,14 +69,15 @@ class LoopControl {
   /// After the simulation was put to another instant.
   void restart(std::uint64_t step);
   void anchor() { pacer.anchor(context.cell().step_s, context.factor); }
-  void wait_until_written();
+  bool instant_is_wanted(std::int64_t now_ns);
   bool at_the_end() const;
 
   const RunLoopOptions& options_;
-  AutoResetEvent& wakeup_;
   std::atomic<bool>& stop_;
-  bool ended_ = false;           ///< paused at RunLoopOptions::pause_at_s
-  std::uint64_t published_ = 0;  ///< instants
+  InstantSchedule instants_;  ///< in lockstep
+  std::vector<int> missing_;
+  bool instant_skipped_ = false;  ///< the present instant is not published
+  bool ended_ = false;            ///< paused at RunLoopOptions::pause_at_s
   std::uint64_t single_steps_left_ = 0;
   std::uint64_t single_steps_request_ = 0;  ///< 0: without
 };

@@ -13,6 +13,7 @@
 #include "idl/common/triple_buffer.h"
 #include "server/contact/surface/contact_interaction.h"
 #include "server/runtime/auto_reset_event.h"
+#include "server/runtime/loop/instant_writer.h"
 #include "server/runtime/requests/control.h"
 #include "server/runtime/requests/event.h"
 #include "server/runtime/requests/outbound_queue.h"
@@ -58,17 +59,12 @@ struct LoopStatus {
 /// What the simulation says of itself: instant, work so far, levels of detail (status_publisher.cpp).
 void fill(LoopStatus& status, const Simulation& simulation);
 
-struct PublishedSnapshot {
-  Snapshot snapshot;
-  std::uint64_t number = 0;  ///< counts publications; see RunLoop::snapshot_written()
-};
-
 struct LoopOutput {
   LoopOutput(const Simulation& simulation, std::shared_ptr<OutboundQueue> shared)
       : outbound(std::move(shared)),
         news(outbound->news),
         contact_capacity(simulation.contact_capacity()),
-        snapshots(PublishedSnapshot{simulation.make_snapshot(), 0}),
+        snapshots(simulation.make_snapshot()),
         events(4096),
         pressures(simulation.model()) {}
 
@@ -78,16 +74,15 @@ struct LoopOutput {
   AutoResetEvent& news;
 
   const std::size_t contact_capacity;  ///< most contacts that a published snapshot holds
-  TripleBuffer<PublishedSnapshot> snapshots;
+  TripleBuffer<Snapshot> snapshots;
   TripleBuffer<LoopStatus> status;
   SpscRing<EventRecord> events;
   /// Which pairs are to be published element by element: agreed upon between clients and the adapter.
   PressureSubscriptions pressures;
 
-  /// Set by an adapter that publishes every snapshot it takes and then calls RunLoop::snapshot_written(): in
-  /// lockstep the loop waits for that ahead of the next step, so that no state is skipped.
-  std::atomic<bool> writer_attached{false};
-  std::atomic<std::uint64_t> newest_written{0};
+  /// In lockstep the loop writes its instants itself, so that none is skipped; at other paces, and without a writer, the
+  /// reader of `news` takes the newest.
+  InstantWriterSlot instant_writer;
   /// The loop waits at a boundary, or is paused: the adapter repeats the newest state periodically, because a
   /// client that lost it gets no newer one.
   std::atomic<bool> standing_at_boundary{false};

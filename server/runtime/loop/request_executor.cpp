@@ -179,6 +179,11 @@ Outcome<requests::UnregisterController> RequestExecutor::execute(
   return report(events::ControllerUnregistered{FixedString<128>(request.name)});
 }
 
+Outcome<requests::WatchInstants> RequestExecutor::execute(const requests::WatchInstants& request) {
+  control_.watch(request);
+  return "In lockstep these instants are sent too.";
+}
+
 Outcome<requests::ExplainPart> RequestExecutor::execute(const requests::ExplainPart& request) {
   return explanation(loop_.simulation.explain(component(request.part)), loop_.cell());
 }

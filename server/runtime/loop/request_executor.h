@@ -48,6 +48,7 @@ class RequestExecutor {
   Outcome<requests::SetPace> execute(const requests::SetPace& request);
   Outcome<requests::RegisterController> execute(const requests::RegisterController& request);
   Outcome<requests::UnregisterController> execute(const requests::UnregisterController& request);
+  Outcome<requests::WatchInstants> execute(const requests::WatchInstants& request);
   Outcome<requests::ExplainPart> execute(const requests::ExplainPart& request);
   Outcome<requests::GetEntityState> execute(const requests::GetEntityState& request);
 

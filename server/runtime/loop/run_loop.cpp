@@ -20,7 +20,7 @@ RunLoopOptions with_outbound(RunLoopOptions options) {
 RunLoop::RunLoop(Simulation& simulation, RunLoopOptions options)
     : options_(with_outbound(std::move(options))),
       output_(simulation, options_.outbound),
-      control_(simulation, output_, options_, wakeup_, stop_),
+      control_(simulation, output_, options_, stop_),
       executor_(control_) {}
 
 RunLoop::~RunLoop() {
@@ -55,6 +55,7 @@ void RunLoop::run() {
     executor_.answer_query();
     control_.intake.collect();
     if (!control_.may_step()) {
+      control_.expect_commands();
       control_.saver.save_if_due();
       stand(executor_.has_queries() ? 0 : kLongestStanding_ns);
       continue;
@@ -73,6 +74,7 @@ void RunLoop::run() {
 }
 
 void RunLoop::stand(std::int64_t longest_ns) {
+  control_.publish_skipped_instant();
   output_.standing_at_boundary.store(true, std::memory_order_relaxed);
   control_.status.publish_if_due();
   if (longest_ns > 0)
@@ -97,8 +99,9 @@ bool RunLoop::wait_for_schedule() {
 
 std::optional<Rejection> RunLoop::append(const Command& command, std::uint64_t sender,
                                          std::int64_t received_ns) {
-  auto rejection = control_.intake.buffer().append(command, sender, received_ns);
-  if (!rejection) wakeup_.post();
+  bool wake = false;
+  auto rejection = control_.intake.buffer().append(command, sender, received_ns, &wake);
+  if (wake) wakeup_.post();
   return rejection;
 }
 
@@ -108,11 +111,6 @@ void RunLoop::submit(std::uint64_t id, requests::Any request) {
   } else {
     executor_.refuse(id);
   }
-}
-
-void RunLoop::snapshot_written(std::uint64_t number) {
-  output_.newest_written.store(number, std::memory_order_release);
-  wakeup_.post();
 }
 
 std::optional<SimulationState> RunLoop::suspend() {

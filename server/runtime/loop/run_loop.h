@@ -54,8 +54,6 @@ class RunLoop {
   void submit(std::uint64_t id, requests::Any request);
 
   LoopOutput& output() { return output_; }
-  /// To be called by the reader of the output after writing a snapshot.
-  void snapshot_written(std::uint64_t number);
   /// Periodically saved states, see RunLoopOptions::save_every_s.
   PeriodicSaver& saver() { return control_.saver; }
 
