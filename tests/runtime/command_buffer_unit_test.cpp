@@ -52,6 +52,28 @@ TEST_F(CommandBufferTest, CommandsAreHandedOverOnceInTheOrderOfArrival) {
   EXPECT_TRUE(out_.empty());
 }
 
+TEST_F(CommandBufferTest, OnlyTheLastExpectedCommandWakesTheLoop) {
+  const auto wakes = [&](const Command& command) {
+    bool wake = false;
+    EXPECT_FALSE(buffer_.append(command, 1, 0, &wake));
+    return wake;
+  };
+  EXPECT_TRUE(wakes(joints(0, 1.0))) << "nothing is expected: the loop decides";
+  buffer_.take_all(out_);
+  buffer_.expect(SimTime::from_seconds(2.0), std::vector{0, 2});
+  EXPECT_FALSE(wakes(joints(0, 2.0)));
+  EXPECT_TRUE(wakes(joints(0, 2.0))) << "it has come already";
+  EXPECT_TRUE(wakes(joints(1, 2.0))) << "of a target that is not expected";
+  EXPECT_TRUE(wakes(gripper(1.5))) << "with another stamp: an error to be reported";
+  EXPECT_TRUE(wakes(gripper(2.0)));
+  buffer_.take_all(out_);
+  EXPECT_EQ(out_.size(), 5U);
+  buffer_.expect(SimTime::from_seconds(3.0), std::vector{0, 1});
+  EXPECT_FALSE(wakes(joints(0, 3.0)));
+  buffer_.take_all(out_);
+  EXPECT_TRUE(wakes(joints(1, 3.0))) << "the loop has looked in between";
+}
+
 TEST_F(CommandBufferTest, CommandsOlderThanTheNewestOfTheirTargetAreRejected) {
   buffer_.set_present(SimTime::from_seconds(5.0));
   EXPECT_FALSE(buffer_.append(joints(0, 2.0), 1, 0));

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <map>
 #include <memory>
 #include <set>
@@ -211,6 +212,48 @@ TEST_F(RunLoopTest, LockstepGivesTheBitsOfDirectSteps) {
     loop_->stop();
     EXPECT_EQ(hashes_.rbegin()->second, expected);
     EXPECT_EQ(reader_->count("command_rejected"), 0U);
+  }
+}
+
+/// Counts the instants that the loop writes itself, as an adapter would.
+class CountingWriter final : public InstantWriter {
+ public:
+  explicit CountingWriter(LoopOutput& output) : output_(output) { output.instant_writer.set(this); }
+  ~CountingWriter() { output_.instant_writer.set(nullptr); }
+  void write_instant() override {
+    ++count;
+    output_.news.post();
+  }
+  std::atomic<int> count{0};
+
+ private:
+  LoopOutput& output_;
+};
+
+TEST_F(RunLoopTest, LockstepWritesTheInstantsThatSomebodyWaitsFor) {
+  constexpr int kSteps = 400, kBoundaries = kSteps / 8;
+  for (const bool every_step : {false, true}) {
+    simulation_.reset();
+    start({.pace = Pace::lockstep, .state = SimulationState::paused, .pause_at_s = 1e-3 * kSteps});
+    CountingWriter writer(loop_->output());
+    expect_ok(
+        reader_->request("register_controller",
+                         {{"name", "plc"}, {"period", "0.008"}, {"targets", "Robot1,Robot2,Gripper1"}}));
+    if (every_step) expect_ok(reader_->request("watch_instants", {{"period", "0"}, {"duration", "3600"}}));
+    writer.count = 0;  // without the first instant
+    const std::int64_t began_ns = monotonic_now_ns();
+    expect_ok(reader_->request("set_state", {{"state", "1"}}));
+    answer_boundaries(*loop_, *reader_, kSteps, 0.008, 2, true, false);
+    ASSERT_TRUE(reader_->wait_for_event("end_of_scenario"));
+    loop_->stop();
+    const auto for_observers =
+        static_cast<int>((monotonic_now_ns() - began_ns) / InstantSchedule::kObservers_ns);
+    if (every_step) {
+      EXPECT_EQ(writer.count, kSteps);
+    } else {
+      EXPECT_GE(writer.count, kBoundaries);
+      EXPECT_LE(writer.count, kBoundaries + 1 + for_observers);
+    }
   }
 }
 

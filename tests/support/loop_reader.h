@@ -72,7 +72,7 @@ class LoopReader {
   void read() {
     EventRecord event;
     while (loop_.output().events.pop(event)) events.push_back(event);
-    if (const auto* taken = loop_.output().snapshots.take()) snapshot = taken->snapshot;
+    if (const auto* taken = loop_.output().snapshots.take()) snapshot = *taken;
     if (const auto* taken = loop_.output().status.take()) status = *taken;
     for (auto& reply : loop_.output().outbound->take_replies()) replies.push_back(std::move(reply));
   }

@@ -165,7 +165,7 @@ int run(int argc, char** argv) {
       ->check(numbers::not_negative());
   record_period = record
                       ->add_option("--period", record_options.period_s,
-                                   "simulated time between rows, s; for FILE.mcap: without it every sample")
+                                   "simulated time between rows, s; for FILE.mcap: without it every step")
                       ->check(numbers::positive())
                       ->capture_default_str();
 

@@ -6,19 +6,15 @@
 
 #include "client_lib/recording/signal_table.h"
 #include "client_lib/tools/takt/commands.h"
+#include "client_lib/tools/takt/instant_watch.h"
 #include "client_lib/tools/takt/sample_json.h"
 
 namespace takt::tool {
-namespace {
-
-/// A person ends a recording without an end.
-constexpr Seconds kForever{1.0e9};
-
-}  // namespace
+namespace {}  // namespace
 
 int record_csv(const Common& common, const RecordOptions& options) {
   Session session(common);
-  const Client& cell = *session;
+  Client& cell = *session;
   const auto close = [](std::FILE* f) {
     if (f != stdout) std::fclose(f);
   };
@@ -30,6 +26,7 @@ int record_csv(const Common& common, const RecordOptions& options) {
   const std::uint32_t epoch = state.epoch;
   double end_s = options.duration_s ? start_s + *options.duration_s : 1.0e300;
   if (options.until_s) end_s = std::min(end_s, *options.until_s);
+  InstantWatch watch(cell, Seconds{options.period_s}, Seconds{start_s});
   recording::SignalTable table;
   std::uint64_t rows = 0;
   double latest_row_s = start_s;
@@ -45,11 +42,14 @@ int record_csv(const Common& common, const RecordOptions& options) {
     if (state.time >= end_s - 1e-9) break;
     while (start_s + k * options.period_s <= state.time + 1e-9) k += 1.0;
     const double due_s = std::min(start_s + k * options.period_s, end_s);
-    const auto next = cell.wait_for(
-        topics::state,
-        [&](const auto& s) { return s.time >= due_s - 1e-9 || s.epoch != epoch || s.cell != state.cell; },
-        kForever);
-    if (!next) return 1;
+    std::optional<State> next;
+    while (!next) {
+      watch.renew();
+      next = cell.wait_for(
+          topics::state,
+          [&](const auto& s) { return s.time >= due_s - 1e-9 || s.epoch != epoch || s.cell != state.cell; },
+          InstantWatch::kRenewal);
+    }
     if (next->epoch != epoch || next->cell != state.cell) {
       std::fprintf(stderr,
                    "takt: the cell was reset or has loaded a scenario; the recording ends before that.\n");

@@ -9,11 +9,13 @@
 #include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <stdexcept>
 #include <thread>
 #include <vector>
 
 #include "client_lib/recording/json_text.h"
+#include "client_lib/tools/takt/instant_watch.h"
 #include "client_lib/tools/takt/interruption.h"
 #include "client_lib/tools/takt/sample_json.h"
 
@@ -97,11 +99,14 @@ class Recording {
 
   void wait_for_the_next_server() {
     if (!gone_.exchange(true)) say_that_the_cell_has_gone();
-    if (cell_.wait_for_connection(kWait)) gone_.store(false);
+    if (!cell_.wait_for_connection(kWait)) return;
+    gone_.store(false);
+    watch_due_.store(true);
   }
 
   template <Message Type>
   void next_sample(const Topic<Type>& topic, Stream& stream) {
+    if (topic.id == topics::state.id) watch();
     const auto sample = cell_.wait_for(
         topic, [&](const auto& one) { return one.sample_number > stream.newest; }, kWait);
     if (!sample) return;
@@ -134,6 +139,12 @@ class Recording {
     }
   }
 
+  /// The thread of states.
+  void watch() {
+    if (watch_due_.exchange(false)) watch_.emplace(cell_, Seconds{options_.period_s}, Seconds{start_s_});
+    watch_->renew();
+  }
+
   void write(const json& line) {
     const std::string text = recording::json_text(line) + '\n';
     const std::lock_guard lock(mutex_);
@@ -153,6 +164,8 @@ class Recording {
   const double start_s_;
   std::unique_ptr<std::FILE, void (*)(std::FILE*)> file_;
   double end_s_ = 0.0;
+  std::optional<InstantWatch> watch_;  ///< of the thread of states
+  std::atomic<bool> watch_due_{true};  ///< this server has not been asked
   std::atomic<bool> over_{false};
   std::atomic<bool> gone_{false};          ///< the server, and that it is waited for has been said
   std::map<std::string, Stream> streams_;  // by the id of the topic; each is of one thread

@@ -32,6 +32,8 @@ constexpr milliseconds kLook{100};
 constexpr int kLooksBetweenFlushes = 10;
 /// A server from which no status came for so long counts as gone; it sends ten a second.
 constexpr std::chrono::seconds kSilenceLimit{5};
+/// What was asked for is asked for again after this.
+constexpr std::chrono::seconds kRenewal{300};
 /// Samples that may wait while a chunk is compressed and written.
 constexpr int kDepth = 1000;
 
@@ -63,7 +65,6 @@ class McapRecorder {
         options_(options),
         period_s_(period_s),
         end_s_(options.until_s),
-        asked_(options.pressures.empty()),
         heard_(std::chrono::steady_clock::now() + time_to_find_it(common)),
         writer_(options.file, std::string("takt ") + TAKT_VERSION,
                 recording::compression_named(options.compression).value_or(recording::Compression::zstd)),
@@ -77,10 +78,10 @@ class McapRecorder {
     while (!over_ && failure_.empty() && !interrupted()) {
       changed_.wait_for(lock, kLook);
       if (!over_ && note_silence()) break;
-      if (described_ && !asked_) {
-        asked_ = true;
+      if (const auto now = std::chrono::steady_clock::now(); described_ && now >= ask_at_) {
+        ask_at_ = now + kRenewal;
         lock.unlock();
-        ask_for_pressures();
+        ask();
         lock.lock();
       }
       if (++looks % kLooksBetweenFlushes == 0) writer_.flush();
@@ -130,14 +131,17 @@ class McapRecorder {
     if (!gone_) say_that_the_cell_has_gone();
     gone_ = true;
     described_ = false;
-    asked_ = options_.pressures.empty();  // the next server has not been asked
+    ask_at_ = {};  // the next server has not been asked
     return false;
   }
 
-  /// The server sends pressures only while they have a reader. So the request may outlast the recording.
-  void ask_for_pressures() const {
-    constexpr double kLongest_s = 86400.0;
-    (void)Client(common_.client).call(requests::WatchPressures{options_.pressures, kLongest_s});
+  /// For pressures, and in lockstep for the instants of the period, or of every step. The requests may outlast the
+  /// recording: the server sends only what has a reader.
+  void ask() const {
+    const double duration_s = 2.0 * Seconds(kRenewal).count();
+    Client cell(common_.client);
+    cell.call(requests::WatchInstants{period_s_.value_or(0.0), 0.0, duration_s});
+    if (!options_.pressures.empty()) cell.call(requests::WatchPressures{options_.pressures, duration_s});
   }
 
   void progress() const {
@@ -235,8 +239,8 @@ class McapRecorder {
   Common common_;
   RecordOptions options_;
   std::optional<double> period_s_, end_s_, first_s_;
-  bool asked_;                                   ///< for pressures, or there is nothing to ask for
-  std::chrono::steady_clock::time_point heard_;  ///< when the newest status came
+  std::chrono::steady_clock::time_point ask_at_;  ///< for instants and pressures
+  std::chrono::steady_clock::time_point heard_;   ///< when the newest status came
   double time_s_ = 0.0;
   std::mutex mutex_;
   std::condition_variable changed_;

@@ -21,7 +21,6 @@ class InstantSchedule {
   /// Beyond kMostWatches the watch that ends first is replaced.
   void watch(const requests::WatchInstants& request, double time_s, std::int64_t now_ns) {
     drop_ended(now_ns);
-    if (request.duration <= 0.0) return;
     if (watches_.size() == kMostWatches) watches_.erase(first_to_end());
     Watch watch{request.period, request.origin, 0.0,
                 now_ns + static_cast<std::int64_t>(request.duration * 1e9)};

@@ -31,7 +31,7 @@ LoopControl::LoopControl(Simulation& simulation, LoopOutput& output, const RunLo
 void LoopControl::begin() {
   status.set_scheduling(obtain_scheduling(options_.realtime_priority));
   anchor();
-  publish_instant();
+  arrive();
 }
 
 bool LoopControl::may_step() {
@@ -83,8 +83,7 @@ void LoopControl::take_step() {
   barrier.crossed(step);
   intake.set_present(simulation.time_s());
   report_step(simulation, [this](const EventRecord& record) { context.emit(record); });
-  instant_skipped_ = !instant_is_wanted(ended);
-  if (!instant_skipped_) publish_instant();
+  arrive(instant_is_wanted(ended));
   if (single_steps_left_ > 0 && --single_steps_left_ == 0)
     end_single_steps({ControlResult::ok, "The steps are done."});
   if (!ended_ && at_the_end()) {
@@ -112,6 +111,12 @@ void LoopControl::pause_with(const events::OfLoop& event) {
   status.publish();
 }
 
+void LoopControl::arrive(bool wanted) {
+  if (options_.on_instant) options_.on_instant(context.simulation);
+  instant_skipped_ = !wanted;
+  if (wanted) publish_instant();
+}
+
 void LoopControl::publish_instant() {
   LoopOutput& output = context.output;
   Snapshot& snapshot = output.snapshots.write_buffer();
@@ -120,7 +125,6 @@ void LoopControl::publish_instant() {
   output.snapshots.publish();
   instant_skipped_ = false;
   instants_.published(monotonic_now_ns());
-  if (options_.on_instant) options_.on_instant(context.simulation);
   if (context.pace != Pace::lockstep || !output.instant_writer.write()) output.news.post();
 }
 
@@ -169,7 +173,7 @@ void LoopControl::reset() {
   if (context.recorder != nullptr) context.recorder->note(step, LogReset{});
   restart(0);
   context.emit(events::CellReset{});
-  publish_instant();
+  arrive();
   status.publish();
 }
 
@@ -184,7 +188,7 @@ std::string LoopControl::restore(std::span<const std::byte> state) {
   restart(simulation.step_index());
   ended_ = at_the_end();
   if (context.state == SimulationState::stopped) set_state(SimulationState::paused);
-  publish_instant();
+  arrive();
   status.publish();
   return {};
 }

@@ -69,6 +69,8 @@ class LoopControl {
   /// After the simulation was put to another instant.
   void restart(std::uint64_t step);
   void anchor() { pacer.anchor(context.cell().step_s, context.factor); }
+  /// The simulation is at another instant: publishes it, or lets it be.
+  void arrive(bool wanted = true);
   bool instant_is_wanted(std::int64_t now_ns);
   bool at_the_end() const;
 

@@ -181,7 +181,7 @@ Outcome<requests::UnregisterController> RequestExecutor::execute(
 
 Outcome<requests::WatchInstants> RequestExecutor::execute(const requests::WatchInstants& request) {
   control_.watch(request);
-  return "In lockstep these instants are sent too.";
+  return {"In lockstep these instants are sent too.", {}};
 }
 
 Outcome<requests::ExplainPart> RequestExecutor::execute(const requests::ExplainPart& request) {

@@ -1,0 +1,43 @@
+#!/usr/bin/env bash
+# lockstep.sh BIN [SCENARIO [LOD]]: the scenario's program commands the cell in lockstep, server and controller as processes
+# of this machine, alone and observed. Beside it a state and its answer over plain Fast DDS, in the same run.
+set -euo pipefail
+bin=$1 scenario=${2:-config/scenarios/block_assembly.yaml} lod=${3:-1}
+program=$(sed -n 's/^ *program: *//p' "$scenario" | head -1)
+program=$(dirname "$scenario")/${program%% *}
+[[ -f $program ]] || { echo "lockstep.sh: $scenario names no program (key controller.program)" >&2; exit 2; }
+work=$(mktemp -d)
+export TAKT_DOMAIN=$((100 + $$ % 90)) TAKT_CELL=lockstep_$$
+children=()
+trap 'kill "${children[@]}" 2>/dev/null || true; rm -rf "$work"' EXIT
+
+# run NAME [COMMAND ...]: with the command beside the controller.
+run() {
+  local name=$1
+  shift
+  "$bin/takt-server" "$scenario" --cell "$TAKT_CELL" --domain "$TAKT_DOMAIN" --lod "$lod" --paused --pace lockstep \
+    >"$work/server.log" 2>&1 &
+  local server=$!
+  children=("$server")
+  "$bin/takt" --timeout 60 status >/dev/null || { cat "$work/server.log" >&2; exit 1; }
+  if (($# > 0)); then
+    "$@" >"$work/observer.log" 2>&1 &
+    children+=($!)
+    sleep 1
+  fi
+  local said
+  said=$("$bin/takt-controller" "$program" --cell "$TAKT_CELL" --domain "$TAKT_DOMAIN" --start | grep 'real-time factor')
+  printf '%-22s %s  state hash %s\n' "$name" "$said" "$("$bin/takt" --json state | sed -n 's/.*"state_hash": *"\([^"]*\)".*/\1/p')"
+  "$bin/takt" quit >/dev/null
+  wait "$server"
+  ((${#children[@]} < 2)) || { kill "${children[1]}" 2>/dev/null || true; wait "${children[1]}" || true; }
+  children=()
+}
+
+run 'controller alone'
+run 'beside takt watch' "$bin/takt" watch
+run 'beside a recorder' "$bin/takt" record "$work/run.mcap"
+for answers in 1 4; do
+  "$bin/bench_ping_pong" --domain "$TAKT_DOMAIN" --answers "$answers" --udp
+  "$bin/bench_ping_pong" --domain "$TAKT_DOMAIN" --answers "$answers"
+done
