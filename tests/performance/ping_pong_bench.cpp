@@ -43,10 +43,10 @@ class Newest final : public dds::DataReaderListener {
       arrived_.notify_all();
     }
   }
-  /// False after a second of silence.
-  bool wait_beyond(std::uint64_t count) {
+  /// False after this time of silence.
+  bool wait_beyond(std::uint64_t count, std::chrono::milliseconds limit = std::chrono::seconds(1)) {
     std::unique_lock lock(mutex_);
-    return arrived_.wait_for(lock, std::chrono::seconds(1), [&] { return count_ > count; });
+    return arrived_.wait_for(lock, limit, [&] { return count_ > count; });
   }
   std::uint64_t count() {
     const std::lock_guard lock(mutex_);
@@ -137,11 +137,9 @@ int ask(const Options& options) {
   auto* writer = node.writer<takt_msgs::msg::CellState>("states", TopicQos::instant);
   takt_msgs::msg::CellState state = state_of(options);
   const auto expected = static_cast<std::uint64_t>(options.answers);
-  while (answers.count() < expected) {  // until both sides have found each other
+  do {  // until both sides have found each other
     writer->write(&state, dds::HANDLE_NIL);
-    usleep(20'000);
-  }
-  usleep(200'000);
+  } while (!answers.wait_beyond(expected - 1, std::chrono::milliseconds(100)));
   std::vector<double> rounds_us;
   for (int i = 0; i < options.rounds; ++i) {
     const std::uint64_t before = answers.count();

@@ -230,7 +230,7 @@ class CountingWriter final : public InstantWriter {
   LoopOutput& output_;
 };
 
-TEST_F(RunLoopTest, LockstepWritesTheInstantsThatSomebodyWaitsFor) {
+TEST_F(RunLoopTest, LockstepWritesInstantsAtBoundariesAndThoseOfAWatch) {
   constexpr int kSteps = 400, kBoundaries = kSteps / 8;
   for (const bool every_step : {false, true}) {
     simulation_.reset();

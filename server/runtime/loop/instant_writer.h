@@ -1,6 +1,6 @@
 #pragma once
-// Who writes the instants of a simulation in lockstep: the loop's own thread, as the loop waits for the answers anyway, and a
-// hand-over to another thread costs two changes of thread for each exchange.
+// In lockstep the loop's own thread writes the instants: the loop waits for the answers anyway, and a hand-over to another
+// thread costs two changes of thread for each exchange.
 #include <mutex>
 
 namespace takt {
