@@ -79,8 +79,8 @@ class StatePublisher final : public InstantWriter {
   dds::DataWriter* event_writer_ = nullptr;
   dds::DataWriter* status_writer_ = nullptr;
 
-  /// The I/O thread holds it during writing, in lockstep the loop's thread too, the host's thread during an exchange of the scenario. DDS
-  /// entities are made and removed without it.
+  /// The I/O thread holds it during writing, in lockstep the loop's thread too, and the host's thread during an exchange
+  /// of the scenario. DDS entities are made and removed without it.
   std::mutex mutex_;
   std::unique_ptr<CellPublisher> publisher_;  // guarded by mutex_, as all below
   CellDescription empty_cell_;                ///< described while there is no scenario

@@ -10,8 +10,6 @@
 #include "client_lib/tools/takt/sample_json.h"
 
 namespace takt::tool {
-namespace {}  // namespace
-
 int record_csv(const Common& common, const RecordOptions& options) {
   Session session(common);
   Client& cell = *session;
@@ -26,7 +24,8 @@ int record_csv(const Common& common, const RecordOptions& options) {
   const std::uint32_t epoch = state.epoch;
   double end_s = options.duration_s ? start_s + *options.duration_s : 1.0e300;
   if (options.until_s) end_s = std::min(end_s, *options.until_s);
-  InstantWatch watch(cell, Seconds{options.period_s}, Seconds{start_s});
+  InstantWatch watch(Seconds{options.period_s}, Seconds{start_s});
+  watch.renew(cell);
   recording::SignalTable table;
   std::uint64_t rows = 0;
   double latest_row_s = start_s;
@@ -44,7 +43,7 @@ int record_csv(const Common& common, const RecordOptions& options) {
     const double due_s = std::min(start_s + k * options.period_s, end_s);
     std::optional<State> next;
     while (!next) {
-      watch.renew();
+      watch.renew(cell);
       next = cell.wait_for(
           topics::state,
           [&](const auto& s) { return s.time >= due_s - 1e-9 || s.epoch != epoch || s.cell != state.cell; },

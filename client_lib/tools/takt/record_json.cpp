@@ -9,9 +9,10 @@
 #include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <stdexcept>
 #include <thread>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "client_lib/recording/json_text.h"
@@ -101,12 +102,11 @@ class Recording {
     if (!gone_.exchange(true)) say_that_the_cell_has_gone();
     if (!cell_.wait_for_connection(kWait)) return;
     gone_.store(false);
-    watch_due_.store(true);
   }
 
   template <Message Type>
   void next_sample(const Topic<Type>& topic, Stream& stream) {
-    if (topic.id == topics::state.id) watch();
+    if (topic.id == topics::state.id) watch_.renew(cell_);
     const auto sample = cell_.wait_for(
         topic, [&](const auto& one) { return one.sample_number > stream.newest; }, kWait);
     if (!sample) return;
@@ -125,6 +125,8 @@ class Recording {
           stream.written == 0 || sample->epoch != stream.epoch || sample->time < stream.time_s;
       wanted = another || topic.qos == TopicQos::event || sample->time >= stream.due_s - 1e-9;
       stream.time_s = sample->time;
+      if constexpr (std::is_same_v<Type, takt_msgs::msg::CellState>)
+        if (std::exchange(asked_, sample->cell) != sample->cell) watch_.restart();
       if (wanted) {
         stream.due_s = sample->time + options_.period_s;
         stream.epoch = sample->epoch;
@@ -137,12 +139,6 @@ class Recording {
       write(line);
       ++stream.written;
     }
-  }
-
-  /// The thread of states.
-  void watch() {
-    if (watch_due_.exchange(false)) watch_.emplace(cell_, Seconds{options_.period_s}, Seconds{start_s_});
-    watch_->renew();
   }
 
   void write(const json& line) {
@@ -164,8 +160,9 @@ class Recording {
   const double start_s_;
   std::unique_ptr<std::FILE, void (*)(std::FILE*)> file_;
   double end_s_ = 0.0;
-  std::optional<InstantWatch> watch_;  ///< of the thread of states
-  std::atomic<bool> watch_due_{true};  ///< this server has not been asked
+  // Of the thread of states:
+  InstantWatch watch_{Seconds{options_.period_s}, Seconds{start_s_}};
+  std::shared_ptr<const CellInfo> asked_;  ///< the scenario that was asked
   std::atomic<bool> over_{false};
   std::atomic<bool> gone_{false};          ///< the server, and that it is waited for has been said
   std::map<std::string, Stream> streams_;  // by the id of the topic; each is of one thread

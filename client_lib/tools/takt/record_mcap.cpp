@@ -9,11 +9,13 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <thread>
+#include <utility>
 
 #include "client_lib/raw_topics.h"
 #include "client_lib/recording/json_text.h"
 #include "client_lib/recording/mcap_reader.h"
 #include "client_lib/recording/mcap_writer.h"
+#include "client_lib/tools/takt/instant_watch.h"
 #include "client_lib/tools/takt/interruption.h"
 #include "client_lib/tools/takt/recordings.h"
 #include "idl/common/cdr.h"
@@ -32,8 +34,8 @@ constexpr milliseconds kLook{100};
 constexpr int kLooksBetweenFlushes = 10;
 /// A server from which no status came for so long counts as gone; it sends ten a second.
 constexpr std::chrono::seconds kSilenceLimit{5};
-/// What was asked for is asked for again after this.
-constexpr std::chrono::seconds kRenewal{300};
+/// Each renewal needs a participant of its own for a moment.
+constexpr Seconds kRenewal{300.0};
 /// Samples that may wait while a chunk is compressed and written.
 constexpr int kDepth = 1000;
 
@@ -65,6 +67,8 @@ class McapRecorder {
         options_(options),
         period_s_(period_s),
         end_s_(options.until_s),
+        asked_(options.pressures.empty()),
+        instants_(Seconds{period_s.value_or(0.0)}, Seconds{0.0}, kRenewal),
         heard_(std::chrono::steady_clock::now() + time_to_find_it(common)),
         writer_(options.file, std::string("takt ") + TAKT_VERSION,
                 recording::compression_named(options.compression).value_or(recording::Compression::zstd)),
@@ -78,8 +82,8 @@ class McapRecorder {
     while (!over_ && failure_.empty() && !interrupted()) {
       changed_.wait_for(lock, kLook);
       if (!over_ && note_silence()) break;
-      if (const auto now = std::chrono::steady_clock::now(); described_ && now >= ask_at_) {
-        ask_at_ = now + kRenewal;
+      if (std::exchange(new_description_, false)) instants_.restart();
+      if (described_ && (instants_.due() || !asked_)) {
         lock.unlock();
         ask();
         lock.lock();
@@ -131,17 +135,22 @@ class McapRecorder {
     if (!gone_) say_that_the_cell_has_gone();
     gone_ = true;
     described_ = false;
-    ask_at_ = {};  // the next server has not been asked
+    asked_ = options_.pressures.empty();  // the next server has not been asked
     return false;
   }
 
-  /// For pressures, and in lockstep for the instants of the period, or of every step. The requests may outlast the
-  /// recording: the server sends only what has a reader.
-  void ask() const {
-    const double duration_s = 2.0 * Seconds(kRenewal).count();
-    Client cell(common_.client);
-    cell.call(requests::WatchInstants{period_s_.value_or(0.0), 0.0, duration_s});
-    if (!options_.pressures.empty()) cell.call(requests::WatchPressures{options_.pressures, duration_s});
+  /// For instants of lockstep and for pressures. The requests may outlast the recording: the server sends only what has a
+  /// reader.
+  void ask() {
+    constexpr double kLongest_s = 86400.0;
+    try {
+      Client cell(common_.client);
+      instants_.renew(cell);
+      if (!std::exchange(asked_, true)) cell.call(requests::WatchPressures{options_.pressures, kLongest_s});
+    } catch (const ClientError& error) {
+      if (error.kind() != ClientError::Kind::lost) throw;
+      instants_.postpone();  // note_silence() decides
+    }
   }
 
   void progress() const {
@@ -193,7 +202,7 @@ class McapRecorder {
         if (channel.thinned && !due(channel, time_s)) return;
         if (topic.type == topics::state.type->name) note_time(time_s);
       }
-      if (topic.type == topics::description.type->name) described_ = true;
+      if (topic.type == topics::description.type->name) described_ = new_description_ = true;
       if (topic.type == topics::status.type->name) {
         heard_ = std::chrono::steady_clock::now();
         gone_ = false;
@@ -239,12 +248,13 @@ class McapRecorder {
   Common common_;
   RecordOptions options_;
   std::optional<double> period_s_, end_s_, first_s_;
-  std::chrono::steady_clock::time_point ask_at_;  ///< for instants and pressures
-  std::chrono::steady_clock::time_point heard_;   ///< when the newest status came
+  bool asked_;                                   ///< for pressures, or there is nothing to ask for
+  InstantWatch instants_;                        ///< asked for by run()
+  std::chrono::steady_clock::time_point heard_;  ///< when the newest status came
   double time_s_ = 0.0;
   std::mutex mutex_;
   std::condition_variable changed_;
-  bool over_ = false, described_ = false, at_end_ = false, gone_ = false;
+  bool over_ = false, described_ = false, new_description_ = false, at_end_ = false, gone_ = false;
   std::string failure_;
   std::map<std::string, Channel> channels_;
   recording::McapWriter writer_;
