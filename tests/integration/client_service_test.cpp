@@ -7,7 +7,6 @@
 
 #include "client_lib/client.h"
 #include "client_lib/kinematics/arm.h"
-#include "client_lib/lockstep_controller.h"
 #include "client_lib/tools/takt_controller/session.h"
 #include "tests/support/built_programs.h"
 #include "tests/support/child_process.h"
@@ -304,24 +303,6 @@ TEST(TaktCommand, ExplainHasAFormForPeopleAndOneForPrograms) {
   EXPECT_NE(unknown.text.find("no component 'Q'"), std::string::npos) << unknown.text;
   ChildProcess nothing(takt({"explain"}));
   EXPECT_EQ(nothing.wait(), 2) << nothing.text;
-}
-
-TEST(TaktCommand, ARecordingInLockstepHasTheInstantsOfItsPeriod) {
-  const DdsService service(paused_loop());
-  Client client(options_for(takt::test::test_cell()));
-  client.set_pace(takt::Pace::lockstep);
-  ChildProcess record({kBin + "/takt", "record", "-", "--until", "0.05", "--period", "0.01", "--cell",
-                       takt::test::test_cell(), "--domain", std::to_string(takt::test::test_domain())});
-  ASSERT_TRUE(record.wait_for_output("\n0,")) << record.text;
-  takt::LockstepOptions options;
-  options.targets = {"Robot1"};
-  takt::LockstepController controller(client, options);
-  while (controller.state().time < 0.05) controller.advance();
-  EXPECT_EQ(record.wait(), 0) << record.text;
-  // Boundaries of the controller are multiples of 8 ms.
-  for (const char* row : {"\n0.01,", "\n0.02,", "\n0.03,", "\n0.04,", "\n0.05,"})
-    EXPECT_NE(record.text.find(row), std::string::npos) << row << record.text;
-  EXPECT_NE(record.text.find("6 rows"), std::string::npos) << record.text;
 }
 
 TEST(TaktCommand, RecordWritesOneRowPerPeriod) {
