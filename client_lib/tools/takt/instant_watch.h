@@ -18,17 +18,17 @@ class InstantWatch {
         renewal_(renewal) {}
 
   bool due() const { return !unanswered_ && std::chrono::steady_clock::now() >= due_; }
-  /// As if it had asked.
-  void postpone() {
+  /// Asks after this wall time again.
+  void postpone(Seconds wait) {
     due_ = std::chrono::steady_clock::now() +
-           std::chrono::duration_cast<std::chrono::steady_clock::duration>(renewal_);
+           std::chrono::duration_cast<std::chrono::steady_clock::duration>(wait);
   }
   /// Another scenario or another server is to be asked.
   void restart() { due_ = {}, unanswered_ = false; }
   /// Asks if it is time to. Throws ClientError when the server is lost.
   void renew(Client& cell) {
     if (!due()) return;
-    postpone();
+    postpone(renewal_);
     try {
       cell.call(request_, kPatience);
     } catch (const ClientError& error) {

@@ -143,13 +143,16 @@ class McapRecorder {
   /// reader.
   void ask() {
     constexpr double kLongest_s = 86400.0;
+    ClientOptions options = common_.client;
+    options.timeout = Seconds{2.0};
     try {
-      Client cell(common_.client);
+      Client cell(options);
       instants_.renew(cell);
-      if (!std::exchange(asked_, true)) cell.call(requests::WatchPressures{options_.pressures, kLongest_s});
+      if (!asked_) cell.call(requests::WatchPressures{options_.pressures, kLongest_s});
+      asked_ = true;
     } catch (const ClientError& error) {
-      if (error.kind() != ClientError::Kind::lost) throw;
-      instants_.postpone();  // note_silence() decides
+      if (error.kind() == ClientError::Kind::refused || error.kind() == ClientError::Kind::invalid) throw;
+      instants_.postpone(InstantWatch::kRenewal);  // note_silence() ends a recording
     }
   }
 
