@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "idl/transport/fastdds/topic_qos.h"
 #include "idl/transport/rtps_guard/guard_transport.h"
@@ -50,6 +51,8 @@ class Link {
   dds::DataWriter* create_writer(const std::string& topic, dds::TypeSupport type,
                                  const dds::DataWriterQos& qos, dds::DataWriterListener* listener);
   void remove(dds::DataReader* reader);
+  /// The names of the participants that discovery has found so far.
+  std::vector<std::string> participant_names() const { return participant_->get_participant_names(); }
   /// False in the child process after fork(), where no function of the link works. The child's destructor
   /// leaves the DDS entities alone, since they belong to the parent.
   bool is_of_this_process() const;

@@ -1,8 +1,10 @@
 #include "client_lib/discovery.h"
 
+#include <algorithm>
 #include <condition_variable>
 
 #include "client_lib/client.h"
+#include "idl/transport/fastdds/server_participant.h"
 #include "takt_topics.h"
 
 namespace takt {
@@ -39,26 +41,50 @@ std::map<std::string, int> CellWatch::servers() const {
 
 }  // namespace client
 
+namespace {
+
+/// At least one cell was found, all have sent their status, and each participant of a server has announced its cell.
+bool all_answered(const std::map<std::string, std::optional<Status>>& found,
+                  const std::map<std::string, int>& announced, const std::vector<std::string>& participants) {
+  std::map<std::string, int> expected;
+  for (const std::string& name : participants)
+    if (name.starts_with(kServerParticipant)) ++expected[name.substr(kServerParticipant.size())];
+  const auto complete = [&](const auto& cell) {
+    const auto place = announced.find(cell.first);
+    return place != announced.end() && place->second >= cell.second && found.contains(cell.first);
+  };
+  return !found.empty() && std::all_of(expected.begin(), expected.end(), complete) &&
+         std::all_of(found.begin(), found.end(), [](const auto& cell) { return cell.second.has_value(); });
+}
+
+}  // namespace
+
 std::vector<FoundCell> list_cells(int domain, Seconds duration, const std::string& profiles_file,
                                   const std::string& secure_directory, const std::string& profile) {
   using StatusListener = client::ReaderListener<takt_msgs::msg::Status>;
+  using Clock = std::chrono::steady_clock;
+  // Below this an answer is no measure for the others: announcements are repeated each 100 ms.
+  constexpr std::chrono::milliseconds kShortestQuiet{150}, kLook{10};
+  const auto began = Clock::now();
   std::mutex mutex;
   std::condition_variable changed;
   std::map<std::string, std::optional<Status>> found;
+  Clock::time_point newest = began;  ///< participant, announcement or first status
   // Below, what is declared first is destroyed last: listeners outlive the entities that call them.
   std::vector<std::unique_ptr<StatusListener>> listeners;
   bool announced = false;
   client::CellWatch watch([&] {
     const std::lock_guard lock(mutex);
     announced = true;
+    newest = Clock::now();
     changed.notify_all();
   });
   client::Link link(domain, "takt-list", {profiles_file, secure_directory, profile}, &watch);
 
-  const auto deadline = std::chrono::steady_clock::now() +
-                        std::chrono::duration_cast<std::chrono::steady_clock::duration>(duration);
+  const auto deadline = began + std::chrono::duration_cast<Clock::duration>(duration);
+  std::size_t participants = 0;
   std::unique_lock lock(mutex);
-  do {
+  for (;;) {
     announced = false;
     lock.unlock();  // a reader may be handed its first sample before create_reader returns
     for (const std::string& name : watch.names()) {
@@ -67,14 +93,23 @@ std::vector<FoundCell> list_cells(int domain, Seconds duration, const std::strin
       lock.unlock();
       if (!is_new) continue;
       listeners.push_back(std::make_unique<StatusListener>(
-          [&mutex, &slot = found[name]](const takt_msgs::msg::Status& sample, const client::GuidPrefix&) {
+          [&, &slot = found[name]](const takt_msgs::msg::Status& sample, const client::GuidPrefix&) {
             const std::lock_guard guard(mutex);
+            if (!slot) newest = Clock::now();
             slot = Status{sample};
           }));
       link.create_reader(topics::status, topics::status.name(name), listeners.back().get());
     }
+    const std::vector<std::string> names = link.participant_names();
+    const auto servers = watch.servers();
     lock.lock();
-  } while (changed.wait_until(lock, deadline, [&] { return announced; }));
+    const auto now = Clock::now();
+    if (names.size() > participants) newest = now;
+    participants = std::max(participants, names.size());
+    const auto quiet = std::max<Clock::duration>(kShortestQuiet, newest - began);
+    if (now >= deadline || (all_answered(found, servers, names) && now >= newest + quiet)) break;
+    changed.wait_until(lock, std::min(deadline, now + kLook), [&] { return announced; });
+  }
 
   std::vector<FoundCell> cells;
   const auto alive = watch.servers();

@@ -21,6 +21,7 @@
 
 #include "idl/command_line/enumeration.h"
 #include "idl/command_line/numbers.h"
+#include "idl/transport/fastdds/server_participant.h"
 #include "server/dds/dds_adapter.h"
 #include "server/dds/topic_names.h"
 #include "server/geometry/convex/decomposition_cache.h"
@@ -204,8 +205,8 @@ int serve(const Arguments& arguments, const sigset_t& signals, const std::string
   std::optional<takt::Progress> progress;
   takt::CellHost host(host_options(arguments, progress));
   takt::DdsAdapter adapter(host,
-                           {"takt-server " + arguments.cell, arguments.domain, arguments.profiles,
-                            arguments.profile, arguments.secure},
+                           {std::string(takt::kServerParticipant) + arguments.cell, arguments.domain,
+                            arguments.profiles, arguments.profile, arguments.secure},
                            arguments.namespaced_clock_and_tf);
   const pthread_t main_thread = pthread_self();
   std::atomic<bool> ended_itself{false};

@@ -16,11 +16,6 @@ constexpr std::int64_t kRepeatLater_ns = 100'000'000;
 constexpr std::int64_t kFrames_ns = 20'000'000;
 constexpr std::int64_t kLater_ns = 2'000'000'000;
 
-bool somebody_reads(dds::DataWriter* writer) {
-  dds::PublicationMatchedStatus status;
-  return is_ok(writer->get_publication_matched_status(status)) && status.current_count > 0;
-}
-
 }  // namespace
 
 CellPublisher::CellPublisher(RunLoop& loop, Participant& participant, const TopicNames& topics)
@@ -41,21 +36,27 @@ CellPublisher::~CellPublisher() {
 }
 
 void CellPublisher::make_writers(const TopicNames& names) {
-  const auto writer = [&](const auto& topic, std::size_t sample_bytes = 0, std::string_view element = {}) {
-    return participant_.create_writer(topic, names.of(topic, element), sample_bytes);
+  const auto output = [&](const auto& topic, std::size_t sample_bytes = 0, std::string_view element = {}) {
+    ReaderCount& readers = counts_.emplace_back([shared = loop_.output().outbound](int change) {
+      shared->instant_readers.change(change);
+      shared->news.post();
+    });
+    return Output{participant_.create_writer(topic, names.of(topic, element), sample_bytes, &readers),
+                  &readers};
   };
   instant_.for_each([&](const auto& topic, const auto& message, bool) {
-    instant_writers_.push_back(writer(topic, cdr::size(message)));
+    instants_.push_back(output(topic, cdr::size(message)));
   });
   if (loop_.output().contact_capacity > 0)
-    pressures_writer_ = writer(topics::contact_pressures, kLargestUnfragmented_bytes + 1);
-  clock_writer_ = writer(topics::clock);
-  tf_writer_ = writer(topics::tf);
-  tf_static_writer_ = writer(topics::tf_static);
+    pressures_ = output(topics::contact_pressures, kLargestUnfragmented_bytes + 1);
+  clock_ = output(topics::clock);
+  tf_ = output(topics::tf);
+  tf_static_writer_ = participant_.create_writer(topics::tf_static, names.of(topics::tf_static));
   for (const RobotDescription& robot : cell().robots) {
-    joint_writers_.push_back(writer(topics::joint_states, 0, robot.name));
+    joints_.push_back(output(topics::joint_states, 0, robot.name));
     joint_messages_.push_back(make_joint_states_message(robot));
-    urdf_writers_.push_back(writer(topics::robot_description, 0, robot.name));
+    urdf_writers_.push_back(participant_.create_writer(topics::robot_description,
+                                                       names.of(topics::robot_description, robot.name)));
     std_msgs::msg::String urdf;
     urdf.data = utf8_sanitize(robot.urdf, robot.urdf.size(), LineBreaks::allow);
     if (!written(*urdf_writers_.back(), urdf))
@@ -64,17 +65,19 @@ void CellPublisher::make_writers(const TopicNames& names) {
 }
 
 void CellPublisher::remove_writers() {
-  for (dds::DataWriter* writer : {pressures_writer_, clock_writer_, tf_writer_, tf_static_writer_})
+  for (dds::DataWriter* writer : {pressures_.writer, clock_.writer, tf_.writer, tf_static_writer_})
     participant_.remove(writer);
-  for (dds::DataWriter* writer : instant_writers_) participant_.remove(writer);
-  for (dds::DataWriter* writer : joint_writers_) participant_.remove(writer);
+  for (const Output& output : instants_) participant_.remove(output.writer);
+  for (const Output& output : joints_) participant_.remove(output.writer);
   for (dds::DataWriter* writer : urdf_writers_) participant_.remove(writer);
+  // DDS does not report the end of a match by the end of our own writer.
+  for (const ReaderCount& readers : counts_)
+    loop_.output().outbound->instant_readers.change(-readers.present());
 }
 
 void CellPublisher::write(const Snapshot& snapshot) {
-  instant_.fill(snapshot);
-  write_instant();
   newest_ = &snapshot;
+  write_instant();
   write_robots_and_clock();
   write_static_frames();
   frames_skipped_ = true;
@@ -88,22 +91,22 @@ void CellPublisher::write(const Snapshot& snapshot) {
 }
 
 void CellPublisher::write_instant() {
-  auto writer = instant_writers_.begin();
-  instant_.for_each([&](const auto&, auto& message, bool sent) {
-    if (sent && somebody_reads(*writer)) check((*writer)->write(&message, dds::HANDLE_NIL));
-    ++writer;
-  });
+  instant_.fill_some(
+      *newest_, [&](std::size_t place) { return instants_[place].is_read(); },
+      [&](std::size_t place, auto& message) {
+        check(instants_[place].writer->write(&message, dds::HANDLE_NIL));
+      });
 }
 
 void CellPublisher::write_robots_and_clock() {
-  for (std::size_t robot = 0; robot < joint_writers_.size(); ++robot) {
-    if (!somebody_reads(joint_writers_[robot])) continue;
+  for (std::size_t robot = 0; robot < joints_.size(); ++robot) {
+    if (!joints_[robot].is_read()) continue;
     fill(joint_messages_[robot], *newest_, robot);
-    check(joint_writers_[robot]->write(&joint_messages_[robot], dds::HANDLE_NIL));
+    check(joints_[robot].writer->write(&joint_messages_[robot], dds::HANDLE_NIL));
   }
-  if (!somebody_reads(clock_writer_)) return;
+  if (!clock_.is_read()) return;
   clock_message_.clock = to_time(newest_->time_s);
-  check(clock_writer_->write(&clock_message_, dds::HANDLE_NIL));
+  check(clock_.writer->write(&clock_message_, dds::HANDLE_NIL));
 }
 
 void CellPublisher::write_static_frames() {
@@ -116,20 +119,20 @@ void CellPublisher::write_static_frames() {
 /// Clients poll between frames: more frames than their history keeps would only replace older ones. A skipped
 /// frame is sent later, unless a newer instant arrives in the meantime.
 void CellPublisher::write_frames(std::int64_t now_ns) {
-  if (now_ns - frames_written_ns_ < kFrames_ns || !somebody_reads(tf_writer_)) return;
+  if (now_ns - frames_written_ns_ < kFrames_ns || !tf_.is_read()) return;
   frames_written_ns_ = now_ns;
   frames_skipped_ = false;
-  check(tf_writer_->write(&frames_.fill(*newest_), dds::HANDLE_NIL));
+  check(tf_.writer->write(&frames_.fill(*newest_), dds::HANDLE_NIL));
 }
 
 /// Of the subscribed pairs, while a reader exists.
 void CellPublisher::write_pressures() {
-  if (pressures_writer_ == nullptr) return;
+  if (!pressures_.is_read()) return;
   PressureSubscriptions& watch = loop_.output().pressures;
   const std::int64_t now = monotonic_now_ns();
-  if (!watch.due(now) || !watch.watches(now) || !somebody_reads(pressures_writer_)) return;
+  if (!watch.due(now) || !watch.watches(now)) return;
   fill(pressures_message_, cell(), *newest_, watch.look(*newest_, &monotonic_now_ns));
-  check(pressures_writer_->write(&pressures_message_, dds::HANDLE_NIL));
+  check(pressures_.writer->write(&pressures_message_, dds::HANDLE_NIL));
 }
 
 void CellPublisher::repeat_if_due() {
@@ -137,6 +140,9 @@ void CellPublisher::repeat_if_due() {
   const std::int64_t now = monotonic_now_ns();
   if (frames_skipped_) write_frames(now);
   if (!loop_.output().standing_at_boundary.load(std::memory_order_relaxed)) return;
+  // The first samples may be earlier than the reader's own knowledge of the writer.
+  const std::uint64_t arrivals = loop_.output().readers.arrivals();
+  if (arrivals != std::exchange(arrivals_, arrivals)) instant_new_ns_ = now;
   if (now - ros_written_ns_ >= kRepeatLater_ns) {
     ros_written_ns_ = now;
     write_robots_and_clock();

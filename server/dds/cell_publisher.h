@@ -2,9 +2,11 @@
 // The writers of one loaded scenario and their samples: its instants, as state, power, contacts, joint states
 // and clock, and the URDF of its robots. Made for each loaded scenario.
 #include <cstdint>
+#include <deque>
 #include <vector>
 
 #include "server/dds/participant.h"
+#include "server/dds/reader_count.h"
 #include "server/dds/topic_names.h"
 #include "server/messages/instant_messages.h"
 #include "server/runtime/loop/run_loop.h"
@@ -40,6 +42,13 @@ class CellPublisher {
   std::uint32_t present_epoch() const { return present_epoch_; }
 
  private:
+  /// Of a topic of instants, whose readers are counted.
+  struct Output {
+    dds::DataWriter* writer = nullptr;
+    const ReaderCount* readers = nullptr;
+    bool is_read() const { return readers != nullptr && readers->any(); }
+  };
+
   void make_writers(const TopicNames& names);
   void remove_writers();
   void write_instant();
@@ -52,11 +61,13 @@ class CellPublisher {
   RunLoop& loop_;
   Participant& participant_;
 
-  dds::DataWriter* pressures_writer_ = nullptr;  ///< where there are pairs in surface contact
-  dds::DataWriter* clock_writer_ = nullptr;
-  dds::DataWriter* tf_writer_ = nullptr;
+  std::deque<ReaderCount> counts_;  ///< one for each output
+  Output pressures_;                ///< where there are pairs in surface contact
+  Output clock_, tf_;
+  std::vector<Output> instants_, joints_;
   dds::DataWriter* tf_static_writer_ = nullptr;
-  std::vector<dds::DataWriter*> instant_writers_, joint_writers_, urdf_writers_;
+  std::vector<dds::DataWriter*> urdf_writers_;
+  std::uint64_t arrivals_ = 0;  ///< of readers, up to the newest repetition
 
   InstantMessages instant_;
   takt_msgs::msg::ContactPressures pressures_message_;

@@ -31,11 +31,10 @@ class DdsIoThread {
 
  private:
   void run() {
-    constexpr std::int64_t kLongestSleep_ns = 20'000'000;  // so that standing instants are repeated
     constexpr std::int64_t kLeases_ns = 50'000'000;
     std::int64_t leases_ns = 0;
     while (!stop_.load(std::memory_order_relaxed)) {
-      host_.outbound().news.wait_until_ns(monotonic_now_ns() + kLongestSleep_ns);
+      host_.outbound().news.wait_until_ns(monotonic_now_ns() + publisher_.longest_sleep_ns());
       const std::int64_t now = monotonic_now_ns();
       if (now - leases_ns >= kLeases_ns) {
         leases_ns = now;

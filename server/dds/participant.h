@@ -52,10 +52,11 @@ class Participant {
   /// With the QoS of the topic; `sample_bytes`: size of its samples, if known.
   template <typename Type>
   dds::DataWriter* create_writer(const Topic<Type>& topic, const std::string& name,
-                                 std::size_t sample_bytes = 0) {
+                                 std::size_t sample_bytes = 0, dds::DataWriterListener* listener = nullptr) {
     QosPolicy policy = qos_of(topic);
     policy.large = policy.large || sample_bytes > kLargestUnfragmented_bytes;
-    return create_writer<Type>(name, with_type_hash(writer_qos(default_writer_qos(), policy), *topic.type));
+    return create_writer<Type>(name, with_type_hash(writer_qos(default_writer_qos(), policy), *topic.type),
+                               listener);
   }
   template <typename Type>
   dds::DataReader* create_reader(const std::string& topic, const dds::DataReaderQos& qos,

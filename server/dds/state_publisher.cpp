@@ -30,11 +30,16 @@ StatePublisher::StatePublisher(CellHost& host, Participant& participant, const T
       senders_(senders),
       commands_(commands),
       control_(control),
-      services_(services) {
+      services_(services),
+      event_readers_([this](int change) {
+        host_.outbound().instant_readers.change(change);  // an event has the instant of the newest state
+        host_.outbound().news.post();
+      }) {
   namespace msg = takt_msgs::msg;
   empty_cell_.cell = host.cell();
   empty_cell_.scenario_generation = 0;
-  event_writer_ = participant.create_writer(topics::event, topics.of(topics::event));
+  host.outbound().instant_readers.begin_to_count();
+  event_writer_ = participant.create_writer(topics::event, topics.of(topics::event), 0, &event_readers_);
   status_writer_ = participant.create_writer(topics::status, topics.of(topics::status));
   description_writer_ = participant.create_writer(topics::description, topics.of(topics::description));
 }
@@ -82,6 +87,11 @@ void StatePublisher::write() {
   } else {
     write_idle_status();
   }
+}
+
+std::int64_t StatePublisher::longest_sleep_ns() const {
+  constexpr std::int64_t kOften_ns = 20'000'000;  // so that standing instants and frames are repeated
+  return host_.outbound().instant_readers.any() ? kOften_ns : kIdleStatus_ns;
 }
 
 void StatePublisher::finish() {
@@ -166,9 +176,8 @@ void StatePublisher::write_events() {
 void StatePublisher::write_announcement() {
   const OutboundQueue& outbound = host_.outbound();
   if (!host_.announces() || monotonic_now_ns() - outbound.began_ns > kAnnounced_ns) return;
-  dds::PublicationMatchedStatus status;
-  if (!is_ok(event_writer_->get_publication_matched_status(status))) return;
-  if (status.total_count == std::exchange(announced_to_, status.total_count)) return;
+  const int readers = event_readers_.arrivals();
+  if (readers == std::exchange(announced_to_, readers)) return;
   write_event(*outbound.announcement);
 }
 

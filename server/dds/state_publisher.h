@@ -42,6 +42,8 @@ class StatePublisher final : public InstantWriter {
 
   /// Writes new output, and repeats the newest instant of a standing simulation.
   void write();
+  /// The longest time until write() has something to do without news.
+  std::int64_t longest_sleep_ns() const;
   /// Writes the remaining output. The loop has ended.
   void finish();
 
@@ -75,6 +77,7 @@ class StatePublisher final : public InstantWriter {
   ControlService& control_;
   RosServices& services_;
 
+  ReaderCount event_readers_;
   dds::DataWriter* description_writer_ = nullptr;
   dds::DataWriter* event_writer_ = nullptr;
   dds::DataWriter* status_writer_ = nullptr;

@@ -100,19 +100,30 @@ void fill(takt_msgs::msg::CellState& message, const CellDescription& cell, const
 
 namespace {
 
-/// Each fill_content() returns whether the message has content, and does not allocate from the second time on.
-bool fill_content(takt_msgs::msg::CellState& message, const CellDescription& cell, const Snapshot& snapshot) {
-  fill(message, cell, snapshot);
-  return true;
-}
-
-/// The robots that have dynamics at this instant, then the devices with a meter.
-bool fill_content(takt_msgs::msg::Power& message, const CellDescription& cell, const Snapshot& snapshot) {
-  fill_instant(message, snapshot);
+std::size_t count_consumers(const CellDescription& cell, const Snapshot& snapshot) {
   std::size_t count = 0;
   for (const RobotSample& sample : snapshot.robots) count += sample.level_of_detail > 1 ? 1U : 0U;
   for (const DeviceDescription& device : cell.devices) count += device.meter() ? 1U : 0U;
-  message.consumers.resize(count);
+  return count;
+}
+
+}  // namespace
+
+bool has_content(const takt_msgs::msg::CellState&, const CellDescription&, const Snapshot&) {
+  return true;
+}
+
+bool has_content(const takt_msgs::msg::Power&, const CellDescription& cell, const Snapshot& snapshot) {
+  return count_consumers(cell, snapshot) > 0;
+}
+
+bool has_content(const takt_msgs::msg::Contacts&, const CellDescription&, const Snapshot& snapshot) {
+  return snapshot.contacts.acting;
+}
+
+void fill(takt_msgs::msg::Power& message, const CellDescription& cell, const Snapshot& snapshot) {
+  fill_instant(message, snapshot);
+  message.consumers.resize(count_consumers(cell, snapshot));
   std::size_t place = 0;
   for (std::size_t i = 0; i < snapshot.robots.size(); ++i) {
     const RobotSample& sample = snapshot.robots[i];
@@ -140,29 +151,20 @@ bool fill_content(takt_msgs::msg::Power& message, const CellDescription& cell, c
     consumer.mechanical_energy = 0.0;
     consumer.electrical_energy = snapshot.devices[i].signals[meter->energy];
   }
-  return count > 0;
 }
-
-}  // namespace
 
 takt_msgs::msg::Contact to_message(const ContactSample& sample) {
   return {resultant_of(sample, 1.0), sample.base, sample.target};
 }
 
-namespace {
-
-/// Content: a process is at level of detail 3.
-bool fill_content(takt_msgs::msg::Contacts& message, const CellDescription& cell, const Snapshot& snapshot) {
+void fill(takt_msgs::msg::Contacts& message, const CellDescription& cell, const Snapshot& snapshot) {
   fill_instant(message, snapshot);
   message.scenario_generation = cell.scenario_generation;
   const std::span<const ContactSample> pressing = snapshot.contacts.pressing();
   message.contacts.resize(pressing.size());
   for (std::size_t i = 0; i < pressing.size(); ++i) message.contacts[i] = to_message(pressing[i]);
   message.omitted = snapshot.contacts.omitted;
-  return snapshot.contacts.acting;
 }
-
-}  // namespace
 
 InstantMessages::InstantMessages(const CellDescription& cell, std::size_t contact_capacity)
     : cell_(cell), all_({topics::state, make_state_message(cell)}, {topics::power}, {topics::contacts}) {
@@ -171,8 +173,10 @@ InstantMessages::InstantMessages(const CellDescription& cell, std::size_t contac
 }
 
 void InstantMessages::fill(const Snapshot& snapshot) {
-  for_each(
-      [&](const auto&, auto& message, bool& sent) { sent = fill_content(message, cell_, snapshot) || sent; });
+  for_each([&](const auto&, auto& message, bool& sent) {
+    sent = sent || has_content(message, cell_, snapshot);
+    takt::fill(message, cell_, snapshot);
+  });
 }
 
 sensor_msgs::msg::JointState make_joint_states_message(const RobotDescription& robot) {

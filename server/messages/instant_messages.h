@@ -14,6 +14,23 @@
 
 namespace takt {
 
+/// A state with as many elements as the cell has, and what does not change.
+takt_msgs::msg::CellState make_state_message(const CellDescription& cell);
+
+// Of the messages of an instant: fill() does not allocate from the second time on.
+
+void fill(takt_msgs::msg::CellState& message, const CellDescription& cell, const Snapshot& snapshot);
+/// The robots that have dynamics at this instant, then the devices with a meter.
+void fill(takt_msgs::msg::Power& message, const CellDescription& cell, const Snapshot& snapshot);
+void fill(takt_msgs::msg::Contacts& message, const CellDescription& cell, const Snapshot& snapshot);
+
+bool has_content(const takt_msgs::msg::CellState& message, const CellDescription& cell,
+                 const Snapshot& snapshot);
+bool has_content(const takt_msgs::msg::Power& message, const CellDescription& cell, const Snapshot& snapshot);
+/// A process is at level of detail 3.
+bool has_content(const takt_msgs::msg::Contacts& message, const CellDescription& cell,
+                 const Snapshot& snapshot);
+
 /// The messages of an instant, in the order in which they are sent. They are made once for a cell, with everything that
 /// does not change, and filled for each instant.
 class InstantMessages {
@@ -22,6 +39,21 @@ class InstantMessages {
   explicit InstantMessages(const CellDescription& cell, std::size_t contact_capacity = 0);
 
   void fill(const Snapshot& snapshot);
+  /// Fills those of the messages that are `sent` and for which `wanted(place)` is true, and hands each to
+  /// `use(place, message)`. All others keep what they have.
+  template <typename Wanted, typename Use>
+  void fill_some(const Snapshot& snapshot, const Wanted& wanted, const Use& use) {
+    std::size_t place = 0;
+    const auto visit = [&](auto& one) {
+      one.sent = one.sent || has_content(one.message, cell_, snapshot);
+      if (one.sent && wanted(place)) {
+        takt::fill(one.message, cell_, snapshot);
+        use(place, one.message);
+      }
+      ++place;
+    };
+    std::apply([&](auto&... one) { (visit(one), ...); }, all_);
+  }
   /// `use(topic, message, sent)` of each. Not `sent`: the message has not had any content in this cell so far.
   template <typename Use>
   void for_each(const Use& use) {
@@ -45,11 +77,6 @@ sensor_msgs::msg::JointState make_joint_states_message(const RobotDescription& r
 void fill(sensor_msgs::msg::JointState& message, const Snapshot& snapshot, std::size_t robot);
 
 takt_msgs::msg::Contact to_message(const ContactSample& sample);
-
-/// A state with as many elements as the cell has, and what does not change.
-takt_msgs::msg::CellState make_state_message(const CellDescription& cell);
-/// Does not allocate.
-void fill(takt_msgs::msg::CellState& message, const CellDescription& cell, const Snapshot& snapshot);
 
 /// Allocates if the number of elements exceeds all earlier ones.
 void fill(takt_msgs::msg::ContactPressures& message, const CellDescription& cell, const Snapshot& snapshot,

@@ -87,7 +87,8 @@ TEST_F(ClientObservation, TheErrorOfAnUnknownCellNamesTheKnownOnes) {
 
 TEST_F(ClientObservation, CellsOfADomainAreListed) {
   server_ = std::make_unique<ScriptedCell>(name_, small_description(name_));
-  const auto cells = takt::list_cells(static_cast<int>(test_domain()), Seconds{3.0});
+  // The list ends when all have answered, long before its time is over.
+  const auto cells = takt::list_cells(static_cast<int>(test_domain()), Seconds{1e6});
   const auto found =
       std::find_if(cells.begin(), cells.end(), [&](const auto& cell) { return cell.name == name_; });
   ASSERT_NE(found, cells.end());

@@ -76,6 +76,24 @@ TEST(DdsService, TheServiceDescribesItselfAndPublishesItsInstants) {
   EXPECT_EQ(state.state_hash, service.simulation().state_hash());
 }
 
+TEST(DdsService, ALateReaderGetsTheInstantOfAnUnwatchedPause) {
+  RunLoopOptions options;
+  options.pace = Pace::free;
+  options.pause_at_s = 0.3;
+  DdsService service(options);
+  test::RawDdsClient client(test::test_domain());
+  // The status is no instant: its reader does not count as one of instants.
+  const auto status = client.read<msg::Status>(RawCellClient::topic("status"), true, true, 1);
+  ASSERT_TRUE(status->wait_for(
+      [](const msg::Status& s) { return s.step == 300 && s.state == SimulationState::paused; }));
+  const auto state = client.read<msg::CellState>(RawCellClient::topic("state"), false, false, 100);
+  ASSERT_TRUE(state->wait_until([](const auto& messages) { return !messages.empty(); }));
+  const auto first = state->messages().front();
+  EXPECT_EQ(first.step, 300U);
+  service.stop();
+  EXPECT_EQ(first.state_hash, service.simulation().state_hash());
+}
+
 class DdsCommands : public testing::Test {
  protected:
   DdsCommands() {

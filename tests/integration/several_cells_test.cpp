@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <vector>
 
 #include "client_lib/client.h"
 #include "tests/support/child_process.h"
@@ -132,7 +133,10 @@ TEST(SeveralCells, ATakenNameIsReported) {
   ASSERT_TRUE(reported.has_value());
   EXPECT_EQ(reported->subject, takt::test::test_cell());
   EXPECT_TRUE(second.wait_for_output("another name (--cell)")) << second.text;
-  const auto found = takt::list_cells(static_cast<int>(takt::test::test_domain()));
+  std::vector<takt::FoundCell> found;
+  do {  // a list on a busy machine may end ahead of the second announcement
+    found = takt::list_cells(static_cast<int>(takt::test::test_domain()), Seconds{1e6});
+  } while (found.size() == 1 && found[0].servers == 1);
   ASSERT_EQ(found.size(), 1U);
   EXPECT_EQ(found[0].name, takt::test::test_cell());
   EXPECT_EQ(found[0].servers, 2);

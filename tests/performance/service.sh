@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # service.sh BIN SCENARIO LOD [OPTION OF takt-server ...]: the cell paced in real time as a service, its program sent
-# by takt-controller over DDS and its contacts watched by one more client. Prints the server's own measurements.
+# by takt-controller over DDS and its contacts watched by one more client. Prints the server's own measurements, then those
+# of bench_wire: latency beside raw Fast DDS, cost by subscribers, unseen servers, cells.
 set -euo pipefail
 bin=$1 scenario=$2 lod=$3
 shift 3
@@ -23,3 +24,4 @@ kill $watcher 2>/dev/null || true
 echo "contacts watched: $(wc -l <"$work/contacts.jsonl") samples, $(wc -c <"$work/contacts.jsonl") bytes"
 takt quit
 wait $server
+"$bin/bench_wire" --domain "$TAKT_DOMAIN"

@@ -128,9 +128,10 @@ void LoopControl::publish_instant() {
   if (context.pace != Pace::lockstep || !output.instant_writer.write()) output.news.post();
 }
 
-/// In lockstep a controller waits for the instants at its boundaries.
+/// In lockstep a controller waits for the instants at its boundaries. The last of single steps precedes its reply.
 bool LoopControl::instant_is_wanted(std::int64_t now_ns) {
-  if (context.pace != Pace::lockstep || single_steps_left_ == 1) return true;
+  if (single_steps_left_ == 1) return true;
+  if (context.pace != Pace::lockstep) return context.output.readers.any() || now_ns >= status.due_ns();
   const bool due = instants_.due(context.simulation.time_s(), now_ns);
   return due || barrier.at_boundary();
 }

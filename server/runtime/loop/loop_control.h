@@ -46,6 +46,10 @@ class LoopControl {
   void publish_skipped_instant() {
     if (instant_skipped_) publish_instant();
   }
+  /// During a long wait for the next step: for a reader that came meanwhile.
+  void publish_skipped_instant_if_read() {
+    if (instant_skipped_ && context.output.readers.any()) publish_instant();
+  }
 
   void set_state(SimulationState state);
   void set_pace(Pace pace, double factor);

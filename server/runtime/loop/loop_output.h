@@ -63,6 +63,7 @@ struct LoopOutput {
   LoopOutput(const Simulation& simulation, std::shared_ptr<OutboundQueue> shared)
       : outbound(std::move(shared)),
         news(outbound->news),
+        readers(outbound->instant_readers),
         contact_capacity(simulation.contact_capacity()),
         snapshots(simulation.make_snapshot()),
         events(4096),
@@ -72,6 +73,8 @@ struct LoopOutput {
   const std::shared_ptr<OutboundQueue> outbound;
   /// Posted for a new value in one of the three members below, or a reply.
   AutoResetEvent& news;
+  /// Without one, an instant is published with each status only, and ahead of a wait.
+  const InstantReaders& readers;
 
   const std::size_t contact_capacity;  ///< most contacts that a published snapshot holds
   TripleBuffer<Snapshot> snapshots;

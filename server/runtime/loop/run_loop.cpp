@@ -7,8 +7,10 @@
 namespace takt {
 namespace {
 
-constexpr std::int64_t kLongestSleep_ns = 10'000'000;     // so that requests are heard at slow paces
-constexpr std::int64_t kLongestStanding_ns = 20'000'000;  // so that a long wait is in the status at once
+constexpr std::int64_t kLongestSleep_ns = 10'000'000;  // so that requests are heard at slow paces
+constexpr std::int64_t kLongestStanding_ns =
+    20'000'000;  // so that a long wait for commands is in the status at once
+constexpr std::int64_t kLongestRest_ns = 100'000'000;
 
 RunLoopOptions with_outbound(RunLoopOptions options) {
   if (!options.outbound) options.outbound = std::make_shared<OutboundQueue>();
@@ -46,7 +48,7 @@ void RunLoop::run() {
       inbox_.serve_visit();
     }
     if (suspended_.load(std::memory_order_relaxed)) {
-      stand(kLongestStanding_ns);
+      stand(kLongestRest_ns);
       continue;
     }
     if (inbox_.waiting())
@@ -57,7 +59,8 @@ void RunLoop::run() {
     if (!control_.may_step()) {
       control_.expect_commands();
       control_.saver.save_if_due();
-      stand(executor_.has_queries() ? 0 : kLongestStanding_ns);
+      const bool waits_for_commands = control_.context.plays() || control_.single_steps_left() > 0;
+      stand(executor_.has_queries() ? 0 : waits_for_commands ? kLongestStanding_ns : kLongestRest_ns);
       continue;
     }
     if (wait_for_schedule()) control_.take_step();
@@ -87,6 +90,7 @@ bool RunLoop::wait_for_schedule() {
   if (loop.pace != Pace::realtime || !loop.plays()) return true;
   const Pacer::Result result = control_.pacer.wait(kLongestSleep_ns);
   if (result == Pacer::Result::not_due) {
+    control_.publish_skipped_instant_if_read();
     control_.status.publish_if_due();
     return false;
   }

@@ -11,6 +11,7 @@
 #include "server/runtime/monotonic_clock.h"
 #include "server/runtime/requests/control.h"
 #include "server/runtime/requests/event_queue.h"
+#include "server/runtime/requests/instant_readers.h"
 
 namespace takt {
 
@@ -19,6 +20,8 @@ class OutboundQueue {
   /// Posted for new output here or of the present loop.
   AutoResetEvent news;
   EventQueue events{news};
+  /// Of the instants of all loops.
+  InstantReaders instant_readers;
   /// Sent to every client that connects within the first seconds; see CellHost::announces().
   std::optional<DiagnosticEvent> announcement{};
   const std::int64_t began_ns = monotonic_now_ns();  ///< when the server began

@@ -1,0 +1,36 @@
+#pragma once
+// The matched readers of a writer, without a question to DDS.
+#include <atomic>
+#include <functional>
+#include <utility>
+
+#include "idl/transport/fastdds/fastdds.h"
+
+namespace takt {
+
+/// Listener of a writer; outlives it.
+class ReaderCount final : public dds::DataWriterListener {
+ public:
+  /// Called in threads of DDS with each change of the number.
+  using OnChange = std::function<void(int change)>;
+  explicit ReaderCount(OnChange on_change = {}) : on_change_(std::move(on_change)) {}
+
+  bool any() const { return present() > 0; }
+  int present() const { return count_.load(std::memory_order_relaxed); }
+  /// The number of readers that have come so far.
+  int arrivals() const { return arrivals_.load(std::memory_order_relaxed); }
+
+  /// Changes are summed up: two threads of DDS may report theirs in either order.
+  void on_publication_matched(dds::DataWriter*, const dds::PublicationMatchedStatus& status) override {
+    const int change = status.current_count_change;
+    count_.fetch_add(change);
+    if (change > 0) arrivals_.fetch_add(change);
+    if (on_change_) on_change_(change);
+  }
+
+ private:
+  const OnChange on_change_;
+  std::atomic<int> count_{0}, arrivals_{0};
+};
+
+}  // namespace takt
