@@ -36,6 +36,16 @@ TEST(SourceTable, OnePacketAheadOfTheOwnOnesDoesNotKeepThemOut) {
   EXPECT_FALSE(table.admits(kServer, kForeign, 16));
 }
 
+TEST(SourceTable, SocketsThatSendFromTheBeginningAreAllAdmitted) {
+  SourceTable table;
+  for (std::uint32_t i = 0; i < 100; ++i) {
+    EXPECT_TRUE(table.admits(kServer, kOwn, 10 + i / 10));
+    if (i % 4 == 0) {
+      EXPECT_TRUE(table.admits(kServer, kSecond, 10 + i / 10));
+    }
+  }
+}
+
 TEST(SourceTable, SharedMemoryIsProvenAtOnce) {
   SourceTable table;
   EXPECT_TRUE(table.admits(kServer, SourceTable::kSharedMemory, 10));

@@ -66,8 +66,9 @@ int run(int argc, char** argv) {
       ->needs(profiles)
       ->capture_default_str();
   app.add_option("--secure", options.client.secure_directory,
-                 "directory with identity and permissions (environment: TAKT_SECURE)")
-      ->check(CLI::ExistingDirectory);
+                 "auto: identities of this user, made at first use; or a directory with identity and permissions "
+                 "(environment: TAKT_SECURE)")
+      ->check(CLI::ExistingDirectory | CLI::IsMember({"auto", "auto:controller"}));
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

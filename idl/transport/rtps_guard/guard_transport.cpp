@@ -92,6 +92,8 @@ class GuardTransport final : public ChainedTransport {
         speaks_of_discovery(packet) ? std::unique_lock(guard_->discovery()) : std::unique_lock<std::mutex>();
     const PacketReport report =
         clean_packet(packet, guard_->limits(), &guard_->memory(), now_s(), origin_of(local, remote));
+    // Announcements from a further socket of a participant are usual, and come from the first one too.
+    if (report.flaw == RtpsError::source && only_announces(packet)) return;
     guard_->count(report.flaw);
     if (report.flaw != RtpsError::none) return;
     guard_->heard().note(packet);

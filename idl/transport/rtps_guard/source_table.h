@@ -11,14 +11,15 @@ namespace takt {
 /// Of fixed size. Times in s of a clock that is never set.
 class SourceTable {
  public:
-  /// Packets, and the time from the first to the last of them, that prove a source; the longer time against a
-  /// proven source of the same participant.
+  /// Packets, and the time from the first to the last of them, that prove a source; the longer time if another
+  /// source of the participant was proven before.
   static constexpr std::uint32_t kProof = 4, kProof_s = 1, kContest_s = 3;
   /// Source of all packets in shared memory, which only this machine can write: proven at once.
   static constexpr std::uint64_t kSharedMemory = 0;
 
   /// Notes a packet. False if another source of this participant is proven and this one is not. Any source is
-  /// admitted before one is proven. A participant of several sockets, or with a new one, proves each.
+  /// admitted before one is proven, and for kContest_s: a participant may send from several sockets, each of which it
+  /// proves.
   bool admits(std::uint64_t participant, std::uint64_t source, std::uint32_t now_s) {
     Participant* known = participants_.find(participant);
     if (known == nullptr)
@@ -27,11 +28,11 @@ class SourceTable {
     if (source == kSharedMemory) return known->in_shared_memory = true;
     const bool contested = known->proven();
     Source& one = known->source(source);
-    if (one.packets == 0) one.first_s = now_s;
+    if (one.packets == 0) one.first_s = now_s, one.late = contested;
     if (one.packets < kProof) ++one.packets;
-    if (!one.proven && one.packets == kProof && now_s - one.first_s >= (contested ? kContest_s : kProof_s))
+    if (!one.proven && one.packets == kProof && now_s - one.first_s >= (one.late ? kContest_s : kProof_s))
       one.proven = true;
-    return one.proven || !contested;
+    return one.proven || !contested || (!one.late && now_s - one.first_s <= kContest_s);
   }
   /// The participant has left.
   void forget(std::uint64_t participant) {
@@ -42,6 +43,7 @@ class SourceTable {
   struct Source {
     std::uint64_t key = 0;
     std::uint32_t first_s = 0, packets = 0;
+    bool late = false;  ///< first heard when another one was proven
     bool proven = false;
   };
   struct Participant {
