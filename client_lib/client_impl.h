@@ -331,7 +331,7 @@ struct Client::Impl::ReaderOf final : Reader {
   client::Outvoting votes, description_votes;
   std::shared_ptr<Sample> unconfirmed;  ///< far ahead of the newest
   Clock::time_point heard{};            ///< the last one in order
-  std::shared_ptr<Sample> older;  ///< the last one, where its number was from the past
+  std::shared_ptr<Sample> older;        ///< the last one, where its number was from the past
   std::uint64_t newest_sequence = 0;
   std::vector<std::pair<GuidPrefix, std::shared_ptr<Sample>>> early;  ///< wait for their description
   client::ReaderListener<Type> listener;

@@ -88,8 +88,9 @@ void describe_arguments(CLI::App& app, Arguments& arguments) {
       ->needs(profiles)
       ->capture_default_str();
   app.add_option("--secure", arguments.secure,
-                 "auto: identities of this user, made at first use; or a directory with the identity and permissions of a "
-                "server (docs/network.md)")
+                 "auto: identities of this user, made at first use; or a directory with the identity and "
+                 "permissions of a "
+                 "server (docs/network.md)")
       ->check(CLI::ExistingDirectory | CLI::IsMember({"auto"}))
       ->envname("TAKT_SECURE");
   app.add_flag("--namespaced-clock-and-tf", arguments.namespaced_clock_and_tf,

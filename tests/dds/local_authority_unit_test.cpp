@@ -54,7 +54,9 @@ TEST(LocalAuthority, EachRoleGetsAnIdentityOfOneAuthority) {
 TEST(LocalAuthority, ALaterUseFindsTheSame) {
   const test::TemporaryDirectory directory;
   const fs::path state = directory / "state";
-  const auto use = [&] { return text_of(fs::path(security_directory("auto", "server", state)) / "identity.pem"); };
+  const auto use = [&] {
+    return text_of(fs::path(security_directory("auto", "server", state)) / "identity.pem");
+  };
   auto at_once = std::async(std::launch::async, use);
   const std::string first = use();
   EXPECT_FALSE(first.empty());

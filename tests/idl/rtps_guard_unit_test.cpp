@@ -585,7 +585,9 @@ class RtpsGuardSources : public testing::Test {
   void prove(std::uint64_t source) {
     for (now_s = 100; now_s < 110; ++now_s) EXPECT_EQ(flaw(sample(), source), "none");
   }
-  static Packet sample(std::int64_t number = 1) { return Packet().data(kReader, kWriter, 4, small_sample(), number); }
+  static Packet sample(std::int64_t number = 1) {
+    return Packet().data(kReader, kWriter, 4, small_sample(), number);
+  }
 
   static constexpr std::uint64_t kOwn = 11, kForeign = 12;
   static inline std::uint32_t now_s = 0;
@@ -610,7 +612,8 @@ TEST_F(RtpsGuardSources, ThePartOfAPacketThatNamesAnotherSenderIsChecked) {
   prove(kOwn);
   Packet relayed;
   std::fill_n(relayed.wire.bytes.begin() + 8, 12, std::uint8_t{9});
-  relayed.submessage(0x0c, 0, Wire().u32(0).u8(2).u8(2).u16(0).fill(12, 7)).data(kReader, kWriter, 4, small_sample());
+  relayed.submessage(0x0c, 0, Wire().u32(0).u8(2).u8(2).u16(0).fill(12, 7))
+      .data(kReader, kWriter, 4, small_sample());
   EXPECT_EQ(flaw(relayed, kForeign), "source");
 }
 

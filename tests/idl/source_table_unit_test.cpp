@@ -57,7 +57,8 @@ TEST(SourceTable, AFurtherSourceIsAdmittedAfterItWasHeardForAWhile) {
   SourceTable table;
   prove(table, kOwn, 10);
   EXPECT_FALSE(table.admits(kServer, kSecond, 20));
-  for (int i = 0; i < 100; ++i) EXPECT_FALSE(table.admits(kServer, kSecond, 20 + SourceTable::kContest_s - 1));
+  for (int i = 0; i < 100; ++i)
+    EXPECT_FALSE(table.admits(kServer, kSecond, 20 + SourceTable::kContest_s - 1));
   EXPECT_TRUE(table.admits(kServer, kSecond, 20 + SourceTable::kContest_s));
   EXPECT_TRUE(table.admits(kServer, kOwn, 30));
 }

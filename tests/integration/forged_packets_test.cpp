@@ -18,14 +18,14 @@ using takt::test::ChildProcess;
 using takt::test::client_options;
 using takt::test::dropped_for;
 using takt::test::entity_of;
-using takt::test::ForgedKind;
 using takt::test::ForeignSender;
+using takt::test::ForgedKind;
 using takt::test::Forgery;
 using takt::test::HostedService;
 using takt::test::invented_prefix;
 using takt::test::kBin;
-using takt::test::kGenerous;
 using takt::test::kFarNumber;
+using takt::test::kGenerous;
 using takt::test::PacketBytes;
 using takt::test::prefix_of;
 using takt::test::test_cell;
@@ -137,8 +137,7 @@ TEST_F(ForgedPackets, InventedParticipantsDoNotKeepANewClientOut) {
   const ForeignSender stranger(test_domain());
   Client client(client_options());
   const auto* guard = service.adapter->guard();
-  for (std::uint32_t i = 0; i < 300; ++i)
-    stranger.announce(Forgery(invented_prefix(i)).announcement(3600));
+  for (std::uint32_t i = 0; i < 300; ++i) stranger.announce(Forgery(invented_prefix(i)).announcement(3600));
   // All of them have passed or were refused.
   stranger.announce(Forgery(invented_prefix(300)).announcement(3601));
   while (guard->counted(RtpsError::lease) == 0) client.get_state();

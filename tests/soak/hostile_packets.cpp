@@ -125,7 +125,8 @@ int run(const std::string& python_dir) {
   FollowingProgram controller(program("takt-controller", {directory / "move.lua"}));
   std::optional<FollowingProgram> python;
   if (!python_dir.empty())
-    python.emplace(std::vector<std::string>{"/usr/bin/env", "python3", directory / "follow.py", cell, domain});
+    python.emplace(
+        std::vector<std::string>{"/usr/bin/env", "python3", directory / "follow.py", cell, domain});
 
   // Commands of the controller, as another client sees them.
   std::atomic<std::uint64_t> commands{0};
@@ -163,7 +164,8 @@ int run(const std::string& python_dir) {
     std::vector<double> times(all.size(), -1.0);
     const auto begin = SteadyClock::now();
     const auto since = [&] { return std::chrono::duration<double>(SteadyClock::now() - begin).count(); };
-    while (since() < kPatience_s && std::any_of(times.begin(), times.end(), [](double t) { return t < 0.0; })) {
+    while (since() < kPatience_s &&
+           std::any_of(times.begin(), times.end(), [](double t) { return t < 0.0; })) {
       try {
         if (!client) client = std::make_unique<Client>(options);
         const auto state = client->wait_for(
@@ -220,7 +222,8 @@ int run(const std::string& python_dir) {
               std::chrono::duration<double>(SteadyClock::now() - begin).count());
   missed += code == 0 ? 0 : 1;
   server.signal(SIGKILL);
-  std::printf(missed == 0 ? "all served again within %g s\n" : "goal of %g s MISSED %d times\n", kGoal_s, missed);
+  std::printf(missed == 0 ? "all served again within %g s\n" : "goal of %g s MISSED %d times\n", kGoal_s,
+              missed);
   return missed == 0 ? 0 : 1;
 }
 
@@ -228,7 +231,8 @@ int run(const std::string& python_dir) {
 }  // namespace takt::test
 
 int main(int argc, char** argv) {
-  CLI::App app("Forged packets against the clients of a cell, on loopback. 0: all were served again within 2 s.");
+  CLI::App app(
+      "Forged packets against the clients of a cell, on loopback. 0: all were served again within 2 s.");
   std::string python_dir;
   app.add_option("--python", python_dir, "directory of the Python module; without: no client in Python");
   CLI11_PARSE(app, argc, argv);

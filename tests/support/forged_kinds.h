@@ -70,7 +70,8 @@ inline std::vector<ForgedKind> forged_kinds() {
       forged_state("scenario_ahead", [](CellState& s) { s.scenario_generation = 4'000'000'000; }),
       forged_state("step_ahead", [](CellState& s) { s.step = std::uint64_t{1} << 60U; }),
       forged_state("time_ahead", [](CellState& s) { s.time = 1e9, ++s.step; }),
-      forged_state("number_ahead", [](CellState&) {}, std::int64_t{1} << 26U),
+      forged_state(
+          "number_ahead", [](CellState&) {}, std::int64_t{1} << 26U),
       {"status_ahead",
        [](const Victim& v, const State&) {
          takt_msgs::msg::Status status;
@@ -91,17 +92,19 @@ inline std::vector<ForgedKind> forged_kinds() {
          return v.forgery.sample(v.description, kFarNumber, bytes_of(description));
        }},
       {"heartbeat_of_events",
-       [](const Victim& v, const State&) { return v.forgery.heartbeat(v.events, kFarNumber, kFarNumber + 10); }},
-      {"heartbeat_of_endpoints",
        [](const Victim& v, const State&) {
-         return v.forgery.heartbeat(kSedpWriter, 1000, 1000);
+         return v.forgery.heartbeat(v.events, kFarNumber, kFarNumber + 10);
        }},
+      {"heartbeat_of_endpoints",
+       [](const Victim& v, const State&) { return v.forgery.heartbeat(kSedpWriter, 1000, 1000); }},
       {"gap_of_events", [](const Victim& v, const State&) { return v.forgery.gap(v.events, 1, 10'000); }},
       {"gap_of_replies", [](const Victim& v, const State&) { return v.forgery.gap(v.reply, 1, 10'000); }},
       {"gap_of_endpoints",
        [](const Victim& v, const State&) { return v.forgery.gap(kSedpWriter, 1, 10'000); }},
       {"acknowledgement_of_requests",
-       [](const Victim& v, const State&) { return v.forgery.acknowledgement(0x00000104, 0x00000103, kFarNumber); }},
+       [](const Victim& v, const State&) {
+         return v.forgery.acknowledgement(0x00000104, 0x00000103, kFarNumber);
+       }},
   };
 }
 

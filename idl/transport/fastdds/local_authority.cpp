@@ -82,8 +82,9 @@ Identity make_identity(const std::string& name, const Identity* authority) {
     add_extension(certificate, NID_basic_constraints, "critical,CA:TRUE");
     add_extension(certificate, NID_key_usage, "critical,keyCertSign,cRLSign,digitalSignature");
   }
-  require(X509_sign(certificate, authority == nullptr ? made.key.get() : authority->key.get(), EVP_sha256()) > 0,
-          "a certificate");
+  require(
+      X509_sign(certificate, authority == nullptr ? made.key.get() : authority->key.get(), EVP_sha256()) > 0,
+      "a certificate");
   return made;
 }
 
@@ -108,8 +109,8 @@ void make_roles(const fs::path& directory) {
     const fs::path to = directory / role;
     fs::create_directory(to);
     const Identity one = make_identity("takt " + std::string(role), &authority);
-    require(PEM_write_bio_PrivateKey(create(to / "identity_key.pem").get(), one.key.get(), nullptr, nullptr, 0,
-                                     nullptr, nullptr) == 1,
+    require(PEM_write_bio_PrivateKey(create(to / "identity_key.pem").get(), one.key.get(), nullptr, nullptr,
+                                     0, nullptr, nullptr) == 1,
             "a key");
     const auto write = [&](const char* file, const Identity& of) {
       require(PEM_write_bio_X509(create(to / file).get(), of.certificate.get()) == 1, "a certificate");

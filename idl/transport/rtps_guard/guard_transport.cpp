@@ -61,12 +61,44 @@ class PacketCopy {
 /// The packet with which a participant says that it ends.
 std::array<std::uint8_t, 76> farewell_of(const ParticipantPlaces::Prefix& participant, std::int64_t number) {
   constexpr std::uint8_t inline_parameters = 2;
-  std::array<std::uint8_t, 76> packet{
-      'R', 'T', 'P', 'S', 2, 2, 1, 15, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,  //
-      kData, inline_parameters, 0, 52, 0, 0, 0, 16,                         // big endian; 16 bytes to the parameters
-      0, 1, 0, 0xc7, 0, 1, 0, 0xc2, 0, 0, 0, 0, 0, 0, 0, 0,                 // reader, writer, number
-      0, 0x70, 0, 16, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0xc1,    // key: its GUID
-      0, 0x71, 0, 4, 0, 0, 0, 3, 0, 1, 0, 0};                               // disposed, unregistered; end
+  std::array<std::uint8_t, 76> packet{'R',   'T',
+                                      'P',   'S',
+                                      2,     2,
+                                      1,     15,
+                                      0,     0,
+                                      0,     0,
+                                      0,     0,
+                                      0,     0,
+                                      0,     0,
+                                      0,     0,  //
+                                      kData, inline_parameters,
+                                      0,     52,
+                                      0,     0,
+                                      0,     16,  // big endian; 16 bytes to the parameters
+                                      0,     1,
+                                      0,     0xc7,
+                                      0,     1,
+                                      0,     0xc2,
+                                      0,     0,
+                                      0,     0,
+                                      0,     0,
+                                      0,     0,  // reader, writer, number
+                                      0,     0x70,
+                                      0,     16,
+                                      0,     0,
+                                      0,     0,
+                                      0,     0,
+                                      0,     0,
+                                      0,     0,
+                                      0,     0,
+                                      0,     0,
+                                      1,     0xc1,  // key: its GUID
+                                      0,     0x71,
+                                      0,     4,
+                                      0,     0,
+                                      0,     3,
+                                      0,     1,
+                                      0,     0};  // disposed, unregistered; end
   constexpr std::size_t sender_at = 8, number_at = 36, key_at = 48;
   std::copy(participant.begin(), participant.end(), packet.begin() + sender_at);
   std::copy(participant.begin(), participant.end(), packet.begin() + key_at);

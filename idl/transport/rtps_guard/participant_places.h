@@ -30,9 +30,8 @@ class ParticipantPlaces {
       place->number = std::max(place->number, number);
       return true;
     }
-    const auto of_address = static_cast<std::size_t>(std::count_if(begin(), end(), [&](const Place& one) {
-      return address != kNoAddress && one.address == address;
-    }));
+    const auto of_address = static_cast<std::size_t>(std::count_if(
+        begin(), end(), [&](const Place& one) { return address != kNoAddress && one.address == address; }));
     // What DDS did not take gives way at once.
     Place* untaken = oldest([&](const Place& one) {
       return !one.known && (of_address < kOfOneAddress || one.address == address);

@@ -91,7 +91,12 @@ class PacketInspector {
  public:
   PacketInspector(Bytes packet, const GuardLimits& limits, RtpsSessionState* memory, std::uint8_t* rewrite,
                   std::uint32_t now_s, const PacketOrigin& origin)
-      : packet_(packet), limits_(limits), memory_(memory), rewrite_(rewrite), now_s_(now_s), origin_(origin) {}
+      : packet_(packet),
+        limits_(limits),
+        memory_(memory),
+        rewrite_(rewrite),
+        now_s_(now_s),
+        origin_(origin) {}
 
   PacketReport inspect() {
     report_.flaw = check_packet();

@@ -60,7 +60,8 @@ class CommandBuffer {
  private:
   struct Target {
     SimTime newest_stamp;
-    SimTime older_stamp;  ///< of the sender's last command, where it was refused for a newest stamp in the future
+    SimTime
+        older_stamp;  ///< of the sender's last command, where it was refused for a newest stamp in the future
     std::uint64_t sender = 0;
   };
 
