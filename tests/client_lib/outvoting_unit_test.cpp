@@ -24,7 +24,7 @@ TEST(Outvoting, ASenderThatGoesOnInThePastDoes) {
   EXPECT_TRUE(votes.older({0, 11}, kBegin + milliseconds{700})) << "repeated, as of a paused simulation";
 }
 
-TEST(Outvoting, ASampleInOrderBeginsAnew) {
+TEST(Outvoting, ASampleInOrderClearsTheVotes) {
   Outvoting votes;
   for (int i = 0; i < 20; ++i) {
     EXPECT_FALSE(votes.older({0, 10}, kBegin + milliseconds{1000 * i}));

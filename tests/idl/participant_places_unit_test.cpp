@@ -1,4 +1,4 @@
-// Who gets a place among the participants that DDS stores.
+// Places of the participants that DDS stores, and which of them give way.
 #include "idl/transport/rtps_guard/participant_places.h"
 
 #include <gtest/gtest.h>
@@ -32,7 +32,7 @@ TEST(ParticipantPlaces, SilentOnesGiveWayToNewOnes) {
   EXPECT_LE(places.size(), ParticipantPlaces::kSilent + 3);
 }
 
-TEST(ParticipantPlaces, WhoAnswersKeepsItsPlace) {
+TEST(ParticipantPlaces, AnAnsweringParticipantKeepsItsPlace) {
   ParticipantPlaces places;
   for (unsigned i = 0; i < 100; ++i) {
     ASSERT_TRUE(come(places, i, 100));
@@ -66,7 +66,7 @@ TEST(ParticipantPlaces, WhatDdsDidNotTakeGivesWayAtOnce) {
   EXPECT_LE(places.size(), ParticipantPlaces::kSilent);
 }
 
-TEST(ParticipantPlaces, AllPlacesTakenByThoseWhoAnswerAreAllThereAre) {
+TEST(ParticipantPlaces, AnsweringParticipantsDoNotGiveWay) {
   ParticipantPlaces places;
   for (unsigned i = 0; i < ParticipantPlaces::kPlaces; ++i) {
     ASSERT_TRUE(come(places, i, 100, 100 + i));

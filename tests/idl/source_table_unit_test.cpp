@@ -72,7 +72,7 @@ TEST(SourceTable, ManyForeignSourcesDoNotDisplaceAProvenOne) {
   EXPECT_FALSE(table.admits(kServer, kForeign, 21));
 }
 
-TEST(SourceTable, AParticipantThatLeftStartsAnew) {
+TEST(SourceTable, AParticipantThatLeftHasNoProvenSource) {
   SourceTable table;
   prove(table, kOwn, 10);
   table.forget(kServer);

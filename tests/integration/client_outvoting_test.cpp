@@ -40,7 +40,7 @@ class ClientOutvoting : public testing::Test {
       server_->publish("state", small_state(0, step));
       const auto seen = client_->wait_for(
           takt::topics::state,
-          [&](const State& s) { return s.epoch == 0 && s.step >= first && s.time < 1e6; }, Seconds{0.02});
+          [&](const State& s) { return s.epoch == 0 && s.step >= first && s.step <= step; }, Seconds{0.02});
       if (seen) return *seen;
     }
   }

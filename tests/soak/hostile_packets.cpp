@@ -32,7 +32,7 @@ constexpr double kGoal_s = 2.0, kPatience_s = 20.0;
 class Directory {
  public:
   Directory() {
-    std::string name = fs::temp_directory_path() / "takt_hostile_XXXXXX";
+    std::string name = fs::temp_directory_path() / ("takt_hostile_" + std::string(6, 'X'));
     if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no directory for files");
     path_ = name;
   }

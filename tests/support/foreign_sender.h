@@ -89,7 +89,7 @@ class Forgery {
     return finished(
         Packet().submessage(0x06, 2, Wire().id(reader).id(writer).sequence(next).u32(0).u32(count)));
   }
-  /// An announcement with an address at which nobody listens.
+  /// An announcement with an address without a listener.
   PacketBytes announcement(std::uint32_t lease_s, std::int64_t number = 1) const {
     Wire list;
     list.u8(0).u8(3).fill(2);

@@ -1,5 +1,5 @@
 #pragma once
-// Finds the writers and readers of a domain by discovery, as anybody may.
+// Finds the writers and readers of a domain by discovery, as every participant may.
 #include <chrono>
 #include <condition_variable>
 #include <map>

@@ -1,5 +1,5 @@
 #pragma once
-// Places for the participants that DDS stores. Anybody can announce participants that do not exist; a place
+// Places for the participants that DDS stores. A peer can announce participants that do not exist; a place
 // belongs to a participant that answers, and silent ones give way.
 #include <algorithm>
 #include <array>

@@ -1,6 +1,6 @@
 #pragma once
 // The addresses from which participants send. A participant has sockets of its own for sending, so a packet
-// that names it and comes from another address and port was sent by somebody else.
+// that names it and comes from another address and port was sent by another process.
 #include <array>
 #include <cstdint>
 
