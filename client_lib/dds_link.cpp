@@ -10,6 +10,7 @@
 #include "client_lib/participant_numbers.h"
 #include "idl/transport/fastdds/host_local_udp.h"
 #include "idl/transport/fastdds/identity_fault.h"
+#include "idl/transport/fastdds/local_authority.h"
 #include "idl/transport/fastdds/profiles.h"
 #include "idl/transport/fastdds/security.h"
 
@@ -94,12 +95,14 @@ Link::Link(int domain, const std::string& name, const LinkProfile& profile, Disc
     throw ClientError(ClientError::Kind::invalid,
                       "DDS domain " + std::to_string(domain) + " does not exist; allowed are 0 to 232.");
   dds::DomainParticipantQos qos = participant_qos(name, profile);
-  const bool secured = !profile.secure_directory.empty();
+  std::string directory;
   try {
-    if (secured) secure(qos, profile.secure_directory);
+    directory = security_directory(profile.secure_directory, "controller");
+    if (!directory.empty()) secure(qos, directory);
   } catch (const SecurityError& error) {
     fail(error.what());
   }
+  const bool secured = !directory.empty();
   guard_ = guard_transports(qos, static_cast<std::uint32_t>(domain), secured, guard_limits());
   if (listener == nullptr) listener = &no_listener_;
   guard_->follow(*listener);
@@ -114,7 +117,7 @@ Link::Link(int domain, const std::string& name, const LinkProfile& profile, Disc
                                                dds::StatusMask::none());
   }
   if (participant_ == nullptr && secured)
-    fail(refused_identity(profile.secure_directory, static_cast<std::uint32_t>(domain)));
+    fail(refused_identity(directory, static_cast<std::uint32_t>(domain)));
   if (participant_ == nullptr)
     fail("DDS cannot start on domain " + std::to_string(domain) +
          " (is /dev/shm writable, are the UDP ports of the domain free?).");

@@ -54,6 +54,7 @@ class Link {
   /// The last time at which this process continued after a stop longer than the servers' lease. DDS then
   /// discovers the servers again, which takes seconds. The clock's epoch means never.
   std::chrono::steady_clock::time_point returned() const { return guard_->returned(); }
+  const PacketGuard& guard() const { return *guard_; }
 
  private:
   const int forks_;  ///< of this process when the link was made
