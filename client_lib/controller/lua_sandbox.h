@@ -2,7 +2,6 @@
 // A Lua 5.4 state for controller programs. It has no access to files, clocks, random numbers, other code or addresses;
 // memory and work per update are bounded; tables are iterated in a fixed order. So the course of a program depends on
 // the program and its inputs alone.
-#include <memory>
 #include <stdexcept>
 #include <string>
 #include <string_view>

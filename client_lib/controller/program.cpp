@@ -1,7 +1,6 @@
 #include "client_lib/controller/program.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "client_lib/controller/cell_view.h"
 #include "idl/common/text.h"

@@ -1,6 +1,5 @@
 // Functions of controller programs: routines, motions, grippers, waits, signals.
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <iostream>
 #include <limits>

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <optional>
 #include <queue>
 
 #include "client_lib/recording/compression.h"
