@@ -6,6 +6,7 @@
 #include "client_lib/client_impl.h"
 #include "idl/common/stamp.h"
 #include "idl/common/text.h"
+#include "idl/transport/rtps_guard/packet_cork.h"
 
 namespace takt {
 namespace {
@@ -196,6 +197,11 @@ void Client::set_gripper(const std::string& gripper, GripperAction action, doubl
   sample.width = width_m;
   sample.max_force = max_force_N;
   impl_->send(topics::gripper_command, gripper, sample);
+}
+
+void Client::send_together(const std::function<void()>& send) {
+  const PacketCork cork;
+  send();
 }
 
 }  // namespace takt

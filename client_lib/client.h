@@ -194,6 +194,9 @@ class Client {
   /// above.
   void set_gripper(const std::string& gripper, GripperAction action, double width_m = 0.0,
                    double max_force_N = 0.0, std::optional<double> stamp_s = {});
+  /// The commands that `send` sends in the calling thread leave in one packet when it returns: with several robots and
+  /// grippers that costs a fraction of the time, and the server is woken once.
+  void send_together(const std::function<void()>& send);
 
   // --- requests ---
   // Each request waits for its reply. It throws ClientError: refused (with the server's sentence), timeout, lost.

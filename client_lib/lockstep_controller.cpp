@@ -109,14 +109,16 @@ const State& LockstepController::advance() {
 }
 
 void LockstepController::send() const {
-  for (const auto& [target, command] : sent_) {
-    if (const auto* joints = std::get_if<Joints>(&command))
-      cell_.send_joint_command(target, joints->positions, joints->velocities, state_.time, joints->efforts);
-    else if (const auto* grip = std::get_if<Grip>(&command))
-      cell_.set_gripper(target, grip->action, grip->width_m, grip->max_force_N, state_.time);
-    else if (const auto* signals = std::get_if<Signals>(&command))
-      cell_.set_signals(target, *signals, state_.time);
-  }
+  cell_.send_together([this] {
+    for (const auto& [target, command] : sent_) {
+      if (const auto* joints = std::get_if<Joints>(&command))
+        cell_.send_joint_command(target, joints->positions, joints->velocities, state_.time, joints->efforts);
+      else if (const auto* grip = std::get_if<Grip>(&command))
+        cell_.set_gripper(target, grip->action, grip->width_m, grip->max_force_N, state_.time);
+      else if (const auto* signals = std::get_if<Signals>(&command))
+        cell_.set_signals(target, *signals, state_.time);
+    }
+  });
 }
 
 void LockstepController::wait_for_boundary() {

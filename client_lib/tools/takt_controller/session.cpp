@@ -153,7 +153,9 @@ class Session {
   }
 
   void send() {
-    if (output_ == nullptr) return;
+    if (output_ != nullptr) cell_.send_together([this] { send_commands(); });
+  }
+  void send_commands() {
     const auto used = [](const JointArray& values, std::size_t count) {
       return std::vector<double>(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(count));
     };

@@ -10,6 +10,7 @@
 #include <span>
 
 #include "idl/transport/fastdds/host_local_udp.h"
+#include "idl/transport/rtps_guard/packet_cork.h"
 #include "idl/transport/rtps_guard/rtps_submessage.h"
 
 namespace takt {
@@ -175,13 +176,45 @@ class GuardTransport final : public ChainedTransport {
       deliver(farewell);
     }
   }
-  void sending(std::span<const std::uint8_t> packet) override {
-    guard_->memory().note(packet);
-    guard_->fragments().sending(packet);
+  bool sending(std::span<const std::uint8_t> packet, rtps::SenderResource& sender,
+               rtps::LocatorsIterator& begin, rtps::LocatorsIterator& end, const Pass& pass) override {
+    const rtps::SenderResource* first = nullptr;
+    if (first_sender_.compare_exchange_strong(first, &sender)) first = &sender;
+    if (first == &sender) {
+      guard_->memory().note(packet);
+      guard_->fragments().sending(packet);
+    }
+    if (!local_) return pass(begin, end);
+    const auto is_unicast = [](const rtps::Locator_t& to) {
+      return to.kind == LOCATOR_KIND_UDPv4 && !rtps::IPLocator::isMulticast(to);
+    };
+    // Fast DDS sends each packet through the sockets of all listed interfaces. On this machine each socket reaches every
+    // unicast address, so a packet would arrive as often as there are interfaces.
+    thread_local bool sent = false;
+    if (first != &sender && sent) return pass_on(begin, end, pass, std::not_fn(is_unicast));
+    PacketCork* cork = guard_->limits().encrypted ? nullptr : PacketCork::of_thread();
+    if (cork == nullptr) return sent = pass(begin, end);
+    return sent = pass_on(begin, end, pass, [&](const rtps::Locator_t& to) {
+             return !is_unicast(to) || !cork->hold(sender, to, packet, kLargestJoined_bytes);
+           });
   }
+  /// To those of the addresses that are wanted.
+  template <typename Wanted>
+  static bool pass_on(rtps::LocatorsIterator& begin, rtps::LocatorsIterator& end, const Pass& pass,
+                      const Wanted& wanted) {
+    thread_local rtps::LocatorList_t addresses;
+    addresses.clear();
+    for (; begin != end; ++begin)
+      if (wanted(*begin)) addresses.push_back(*begin);
+    if (addresses.empty()) return true;
+    transports::Locators first(addresses.begin()), last(addresses.end());
+    return pass(first, last);
+  }
+  static constexpr std::size_t kLargestJoined_bytes = 60000;  ///< below the largest datagram
 
   std::shared_ptr<PacketGuard> guard_;
   std::optional<LocalAddresses> local_;
+  std::atomic<const rtps::SenderResource*> first_sender_{nullptr};
 };
 
 struct GuardTransportDescriptor final : public transports::ChainingTransportDescriptor {
