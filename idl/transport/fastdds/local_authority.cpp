@@ -107,7 +107,7 @@ void make_roles(const fs::path& directory) {
   const Identity authority = make_identity("takt authority of one user", nullptr);
   for (const auto& [role, permissions] : security_documents::kPermissions) {
     const fs::path to = directory / role;
-    fs::create_directory(to);
+    if (mkdir(to.c_str(), 0700) != 0) fail("'" + to.string() + "' cannot be made.");
     const Identity one = make_identity("takt " + std::string(role), &authority);
     require(PEM_write_bio_PrivateKey(create(to / "identity_key.pem").get(), one.key.get(), nullptr, nullptr,
                                      0, nullptr, nullptr) == 1,
