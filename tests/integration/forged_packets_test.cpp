@@ -64,7 +64,7 @@ class ForgedPackets : public testing::TestWithParam<ForgedKind> {
 };
 
 INSTANTIATE_TEST_SUITE_P(Kinds, ForgedPackets, testing::ValuesIn(takt::test::forged_kinds()),
-                         [](const auto& info) { return info.param.name; });
+                         [](const auto& kind) { return kind.param.name; });
 
 TEST_P(ForgedPackets, AClientIsServedOn) {
   HostedService service(true, [] {
