@@ -17,9 +17,6 @@ inline void add_connection_options(CLI::App& app, ClientOptions& client) {
   app.add_option("--profile", client.profile, "name of the profile in that file")
       ->needs(profiles)
       ->capture_default_str();
-  app.add_option("--secure", client.secure_directory,
-                 "directory with identity and permissions (environment: TAKT_SECURE)")
-      ->check(CLI::ExistingDirectory);
 }
 
 }  // namespace takt::tool

@@ -67,6 +67,11 @@ int run(int argc, char** argv) {
   auto* timeout = app.add_option("--timeout", common.timeout_s, "longest wait for an answer, s of wall time")
                       ->check(numbers::positive())
                       ->capture_default_str();
+  app.add_option(
+         "--secure", common.client.secure_directory,
+         "auto (auto:observer): identities of this user, made at first use; or a directory with identity and "
+         "permissions (environment: TAKT_SECURE)")
+      ->check(CLI::ExistingDirectory | CLI::IsMember({"auto", "auto:controller", "auto:observer"}));
   app.add_flag("--json", common.json,
                "output for programs: JSON, one document per line where it follows something");
 
