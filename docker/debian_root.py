@@ -25,13 +25,19 @@ class RootError(Exception):
 
 
 def enter_namespaces():
-    """Starts this program again with mounts and processes of its own: nothing of them is left, however it ends."""
+    """Starts this program again with mounts and processes of its own, and ends with it. None of them outlives this process:
+    unshare ignores SIGTERM, but dies with its parent, and the namespaces with it."""
     if os.geteuid() != 0:
         raise RootError("This needs root, for debootstrap, mount and chroot.")
     if IN_NAMESPACES not in os.environ:
-        os.environ[IN_NAMESPACES] = "1"
-        os.execvp("unshare", ["unshare", "--mount", "--pid", "--fork", "--kill-child", "--mount-proc",
-                              sys.executable, *sys.argv])
+        inside = subprocess.Popen(["setpriv", "--pdeathsig", "KILL", "unshare", "--mount", "--pid", "--fork", "--kill-child",
+                                   "--mount-proc", sys.executable, *sys.argv], env={**os.environ, IN_NAMESPACES: "1"})
+        try:
+            code = inside.wait()
+        except KeyboardInterrupt:
+            inside.kill()
+            code = 130
+        sys.exit(code if code >= 0 else 128 - code)
     del os.environ[IN_NAMESPACES]
 
 

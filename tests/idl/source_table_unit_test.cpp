@@ -6,7 +6,7 @@
 namespace takt {
 namespace {
 
-constexpr std::uint64_t kServer = 77U << 20U, kOwn = 1001, kSecond = 1002, kForeign = 6666;
+constexpr std::uint64_t kServer = 77U << 20U, kOwn = 1001, kSecondSource = 1002, kForeign = 6666;
 
 /// As many packets as prove a source, one each second.
 void prove(SourceTable& table, std::uint64_t source, std::uint32_t from_s) {
@@ -17,7 +17,7 @@ TEST(SourceTable, AnySourceIsAdmittedBeforeOneIsProven) {
   SourceTable table;
   EXPECT_TRUE(table.admits(kServer, kForeign, 10));
   EXPECT_TRUE(table.admits(kServer, kOwn, 10));
-  EXPECT_TRUE(table.admits(kServer, kSecond, 10));
+  EXPECT_TRUE(table.admits(kServer, kSecondSource, 10));
 }
 
 TEST(SourceTable, AProvenSourceKeepsOthersOut) {
@@ -41,7 +41,7 @@ TEST(SourceTable, SocketsThatSendFromTheBeginningAreAllAdmitted) {
   for (std::uint32_t i = 0; i < 100; ++i) {
     EXPECT_TRUE(table.admits(kServer, kOwn, 10 + i / 10));
     if (i % 4 == 0) {
-      EXPECT_TRUE(table.admits(kServer, kSecond, 10 + i / 10));
+      EXPECT_TRUE(table.admits(kServer, kSecondSource, 10 + i / 10));
     }
   }
 }
@@ -56,10 +56,10 @@ TEST(SourceTable, SharedMemoryIsProvenAtOnce) {
 TEST(SourceTable, AFurtherSourceIsAdmittedAfterItWasHeardForAWhile) {
   SourceTable table;
   prove(table, kOwn, 10);
-  EXPECT_FALSE(table.admits(kServer, kSecond, 20));
+  EXPECT_FALSE(table.admits(kServer, kSecondSource, 20));
   for (int i = 0; i < 100; ++i)
-    EXPECT_FALSE(table.admits(kServer, kSecond, 20 + SourceTable::kContest_s - 1));
-  EXPECT_TRUE(table.admits(kServer, kSecond, 20 + SourceTable::kContest_s));
+    EXPECT_FALSE(table.admits(kServer, kSecondSource, 20 + SourceTable::kContest_s - 1));
+  EXPECT_TRUE(table.admits(kServer, kSecondSource, 20 + SourceTable::kContest_s));
   EXPECT_TRUE(table.admits(kServer, kOwn, 30));
 }
 
@@ -76,7 +76,7 @@ TEST(SourceTable, AParticipantThatLeftHasNoProvenSource) {
   SourceTable table;
   prove(table, kOwn, 10);
   table.forget(kServer);
-  EXPECT_TRUE(table.admits(kServer, kSecond, 14));
+  EXPECT_TRUE(table.admits(kServer, kSecondSource, 14));
 }
 
 }  // namespace

@@ -1,8 +1,10 @@
-"""The copy of the tree that a root of Debian receives (docker/debian_root.py), and the result of a step of
-other_debian. No root is made."""
+"""The copy of the tree that a root of Debian receives (docker/debian_root.py), the namespaces of a run,
+and the result of a step of other_debian. No root is made."""
 import importlib.machinery
 import importlib.util
 import os
+import signal
+import subprocess
 import sys
 import tempfile
 import types
@@ -87,6 +89,34 @@ class CopyChanged(unittest.TestCase):
         os.chmod(self.tree + "/server/a.cpp", 0o755)
         self.again()
         self.assertEqual(os.stat(self.copy + "/server/a.cpp").st_mode & 0o777, 0o755)
+
+
+INSIDE = """
+import signal, sys
+sys.dont_write_bytecode = True
+sys.path.insert(0, sys.argv[1])
+import debian_root
+signal.signal(signal.SIGINT, signal.default_int_handler)
+debian_root.enter_namespaces()
+print("inside", flush=True)
+signal.pause()
+"""
+NAMESPACES = os.geteuid() == 0 and subprocess.run(["unshare", "--mount", "--pid", "--fork", "--mount-proc", "true"],
+                                                  stderr=subprocess.DEVNULL, check=False).returncode == 0
+
+
+@unittest.skipUnless(NAMESPACES, "needs root and namespaces")
+class Namespaces(unittest.TestCase):
+    def test_every_signal_ends_what_runs_inside(self):
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
+            with self.subTest(number), tempfile.TemporaryDirectory() as place:
+                write(place, "inside.py", INSIDE)
+                run = subprocess.Popen([sys.executable, place + "/inside.py", HERE + "/../../docker"], stdout=subprocess.PIPE)
+                self.assertEqual(run.stdout.readline(), b"inside\n")
+                run.send_signal(number)
+                self.assertEqual(run.stdout.read(), b"")  # the pipe ends with the last process that holds it
+                run.stdout.close()
+                self.assertNotEqual(run.wait(), 0)
 
 
 class Step(unittest.TestCase):

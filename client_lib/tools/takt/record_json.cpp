@@ -1,5 +1,3 @@
-#include "client_lib/tools/takt/record_json.h"
-
 #include <algorithm>
 #include <atomic>
 #include <cstdio>
@@ -8,14 +6,13 @@
 #include <map>
 #include <memory>
 #include <mutex>
-#include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <thread>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
-#include "client_lib/recording/json_text.h"
+#include "client_lib/tools/takt/commands.h"
 #include "client_lib/tools/takt/instant_watch.h"
 #include "client_lib/tools/takt/interruption.h"
 #include "client_lib/tools/takt/sample_json.h"
