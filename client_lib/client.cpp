@@ -87,6 +87,10 @@ bool Client::connected() const {
   return !impl_->gone && !impl_->silent(Clock::now());
 }
 
+std::string Client::dropped_packets() const {
+  return impl_->link.guard().summary();
+}
+
 bool Client::wait_for_connection(Seconds timeout) const {
   impl_->require_own_process();
   const auto deadline = Impl::deadline_after(timeout);

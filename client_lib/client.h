@@ -129,6 +129,8 @@ class Client {
   Status status() const;
   /// True if a sample has arrived within options.liveliness_timeout and DDS still announces the server.
   bool connected() const;
+  /// Packets that this client's guard has dropped, by reason (docs/network.md): "3 source, 1 locator"; empty: none.
+  std::string dropped_packets() const;
   /// Waits until the cell answers, e.g. because its server was started again; false on timeout. Never throws
   /// for a cell that is gone.
   [[nodiscard]] bool wait_for_connection(Seconds timeout) const;

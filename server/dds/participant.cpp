@@ -4,6 +4,7 @@
 
 #include "idl/transport/fastdds/host_local_udp.h"
 #include "idl/transport/fastdds/identity_fault.h"
+#include "idl/transport/fastdds/local_authority.h"
 #include "idl/transport/fastdds/profiles.h"
 #include "idl/transport/fastdds/security.h"
 
@@ -28,7 +29,7 @@ dds::DomainParticipantQos this_machine_only() {
   return qos;
 }
 
-dds::DomainParticipantQos participant_qos(const ParticipantOptions& options) {
+dds::DomainParticipantQos participant_qos(const ParticipantOptions& options, std::string& secure_directory) {
   dds::DomainParticipantQos qos;
   if (options.profiles_file.empty()) {
     qos = this_machine_only();
@@ -45,7 +46,8 @@ dds::DomainParticipantQos participant_qos(const ParticipantOptions& options) {
   }
   qos.name(options.name);
   try {
-    if (!options.secure_directory.empty()) secure(qos, options.secure_directory);
+    secure_directory = security_directory(options.secure_directory, "server");
+    if (!secure_directory.empty()) secure(qos, secure_directory);
   } catch (const SecurityError& error) {
     throw DdsError(error.what());
   }
@@ -58,18 +60,19 @@ Participant::Participant(const ParticipantOptions& options, DiscoveryListener& l
   if (options.domain > 232) {
     throw DdsError("DDS domain " + std::to_string(options.domain) + " does not exist; allowed are 0 to 232.");
   }
-  dds::DomainParticipantQos qos = participant_qos(options);
+  std::string secure_directory;
+  dds::DomainParticipantQos qos = participant_qos(options, secure_directory);
   if (options.prepare) options.prepare(qos);
   if (options.guard) {
     // Requests and trajectories come in fragments when they are long, but not beyond the guard's 1 MiB.
-    guard_ = guard_transports(qos, options.domain, !options.secure_directory.empty());
+    guard_ = guard_transports(qos, options.domain, !secure_directory.empty());
     guard_->follow(listener);
   }
   // The participant's listener hears of discovery only; the data goes to the listeners of the readers.
   participant_ = dds::DomainParticipantFactory::get_instance()->create_participant(
       options.domain, qos, &listener, dds::StatusMask::none());
-  if (participant_ == nullptr && !options.secure_directory.empty())
-    throw DdsError(refused_identity(options.secure_directory, options.domain));
+  if (participant_ == nullptr && !secure_directory.empty())
+    throw DdsError(refused_identity(secure_directory, options.domain));
   if (participant_ == nullptr) {
     throw DdsError("DDS refused a participant on domain " + std::to_string(options.domain) +
                    ": another one may occupy its ports, or no network interface allows it.");

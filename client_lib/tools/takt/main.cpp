@@ -83,9 +83,11 @@ int run(int argc, char** argv) {
   app.add_option("--profile", common.client.profile, "name of the profile in that file")
       ->needs(profiles)
       ->capture_default_str();
-  app.add_option("--secure", common.client.secure_directory,
-                 "directory with identity and permissions (environment: TAKT_SECURE)")
-      ->check(CLI::ExistingDirectory);
+  app.add_option(
+         "--secure", common.client.secure_directory,
+         "auto (auto:observer): identities of this user, made at first use; or a directory with identity and "
+         "permissions (environment: TAKT_SECURE)")
+      ->check(CLI::ExistingDirectory | CLI::IsMember({"auto", "auto:controller", "auto:observer"}));
   app.add_flag("--json", common.json,
                "output for programs: JSON, one document per line where it follows something");
 

@@ -65,9 +65,11 @@ int run(int argc, char** argv) {
   app.add_option("--profile", options.client.profile, "name of the profile in that file")
       ->needs(profiles)
       ->capture_default_str();
-  app.add_option("--secure", options.client.secure_directory,
-                 "directory with identity and permissions (environment: TAKT_SECURE)")
-      ->check(CLI::ExistingDirectory);
+  app.add_option(
+         "--secure", options.client.secure_directory,
+         "auto: identities of this user, made at first use; or a directory with identity and permissions "
+         "(environment: TAKT_SECURE)")
+      ->check(CLI::ExistingDirectory | CLI::IsMember({"auto", "auto:controller"}));
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -59,6 +59,55 @@ class PacketCopy {
   std::size_t capacity_ = 0, written_ = 0;
 };
 
+/// The packet with which a participant says that it ends.
+std::array<std::uint8_t, 76> farewell_of(const ParticipantPlaces::Prefix& participant, std::int64_t number) {
+  constexpr std::uint8_t inline_parameters = 2;
+  std::array<std::uint8_t, 76> packet{'R',   'T',
+                                      'P',   'S',
+                                      2,     2,
+                                      1,     15,
+                                      0,     0,
+                                      0,     0,
+                                      0,     0,
+                                      0,     0,
+                                      0,     0,
+                                      0,     0,  //
+                                      kData, inline_parameters,
+                                      0,     52,
+                                      0,     0,
+                                      0,     16,  // big endian; 16 bytes to the parameters
+                                      0,     1,
+                                      0,     0xc7,
+                                      0,     1,
+                                      0,     0xc2,
+                                      0,     0,
+                                      0,     0,
+                                      0,     0,
+                                      0,     0,  // reader, writer, number
+                                      0,     0x70,
+                                      0,     16,
+                                      0,     0,
+                                      0,     0,
+                                      0,     0,
+                                      0,     0,
+                                      0,     0,
+                                      0,     0,
+                                      0,     0,
+                                      1,     0xc1,  // key: its GUID
+                                      0,     0x71,
+                                      0,     4,
+                                      0,     0,
+                                      0,     3,
+                                      0,     1,
+                                      0,     0};  // disposed, unregistered; end
+  constexpr std::size_t sender_at = 8, number_at = 36, key_at = 48;
+  std::copy(participant.begin(), participant.end(), packet.begin() + sender_at);
+  std::copy(participant.begin(), participant.end(), packet.begin() + key_at);
+  for (std::size_t i = 0; i < 8; ++i)
+    packet[number_at + i] = static_cast<std::uint8_t>(static_cast<std::uint64_t>(number) >> (8 * (7 - i)));
+  return packet;
+}
+
 class GuardTransport final : public ChainedTransport {
  public:
   GuardTransport(const transports::ChainingTransportDescriptor& descriptor,
@@ -74,15 +123,17 @@ class GuardTransport final : public ChainedTransport {
     const std::span<std::uint8_t> packet = copy.take({data, size}, guard_->limits().largest_sample_bytes);
     const std::unique_lock one_at_a_time =
         speaks_of_discovery(packet) ? std::unique_lock(guard_->discovery()) : std::unique_lock<std::mutex>();
-    const TransportKind way =
-        local.kind == LOCATOR_KIND_SHM ? TransportKind::shared_memory : TransportKind::network;
-    const PacketReport report = clean_packet(packet, guard_->limits(), &guard_->memory(), now_s(), way);
+    const PacketReport report =
+        clean_packet(packet, guard_->limits(), &guard_->memory(), now_s(), origin_of(local, remote));
+    // Announcements from a further socket of a participant are usual, and come from the first one too.
+    if (report.flaw == RtpsError::source && only_announces(packet)) return;
     guard_->count(report.flaw);
     if (report.flaw != RtpsError::none) return;
     guard_->heard().note(packet);
     const auto deliver = [&](std::span<std::uint8_t> bytes) {
       next->OnDataReceived(bytes.data(), static_cast<std::uint32_t>(bytes.size()), local, remote);
     };
+    if (one_at_a_time.owns_lock()) make_places(deliver);
     if (!report.fragments) return deliver(packet.first(report.size));
     copy.clear_behind(report.size);
     deliver(packet.first(guard_->fragments().take(packet.first(report.size), deliver)));
@@ -109,6 +160,21 @@ class GuardTransport final : public ChainedTransport {
     Ipv4 address{};
     std::copy_n(remote.address + kIpv4Place, address.size(), address.begin());
     return !local_->has(address);
+  }
+  static PacketOrigin origin_of(const rtps::Locator_t& local, const rtps::Locator_t& remote) {
+    if (local.kind == LOCATOR_KIND_SHM) return TransportKind::shared_memory;
+    PacketOrigin origin;
+    origin.address = mixed(remote.address, 0);
+    origin.source = mixed(remote.address, remote.port);
+    return origin;
+  }
+  /// Says farewell for participants that have to give way. Called ahead of a packet of discovery.
+  template <typename Deliver>
+  void make_places(const Deliver& deliver) {
+    while (const auto one = guard_->memory().overdue_participant()) {
+      auto farewell = farewell_of(one->participant, one->number);
+      deliver(farewell);
+    }
   }
   bool sending(std::span<const std::uint8_t> packet, rtps::SenderResource& sender,
                rtps::LocatorsIterator& begin, rtps::LocatorsIterator& end, const Pass& pass) override {

@@ -1,5 +1,3 @@
-#include "server/geometry/mesh/obj_reader.h"
-
 #include <charconv>
 #include <cstddef>
 #include <cstdint>
@@ -8,6 +6,7 @@
 
 #include "server/geometry/mesh/line_reader.h"
 #include "server/geometry/mesh/polygon.h"
+#include "server/geometry/mesh/readers.h"
 
 namespace takt {
 namespace {

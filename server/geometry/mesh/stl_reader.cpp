@@ -1,5 +1,3 @@
-#include "server/geometry/mesh/stl_reader.h"
-
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -7,6 +5,7 @@
 #include <string>
 
 #include "server/geometry/mesh/line_reader.h"
+#include "server/geometry/mesh/readers.h"
 
 namespace takt {
 namespace {
