@@ -305,7 +305,7 @@ INSTANTIATE_TEST_SUITE_P(
         Hostile{"Utf8Length", "local s = ('x'):rep(1000000) for i = 1, 1e9 do utf8.len(s) end", kWork},
         Hostile{"Keys", "local s = ('x'):rep(1000000) local t = {} for i = 1, 1e9 do t[s .. i] = 1 end",
                 kMemory}),
-    [](const auto& info) { return std::string(info.param.name); });
+    [](const auto& hostile) { return std::string(hostile.param.name); });
 
 TEST(LuaLimits, MemoryBeyondTheLimitEndsTheProgramWithItsLine) {
   LuaSandbox lua(nullptr);
