@@ -139,29 +139,6 @@ TEST_F(GlbFile, OptionalVariantsAreRead) {
             "4");
 }
 
-TEST_F(GlbFile, StripsAndFansRunTheSameWayRound) {
-  const auto second_triangle = [&](const char* mode) {
-    directory_.write("a.glb", with(R"("indices":1)", R"("indices":1,"mode":)" + std::string(mode)));
-    const TriangleMesh mesh = import_mesh_objects(directory_ / "a.glb").at(0).mesh;
-    EXPECT_EQ(mesh.triangles.size(), 10U);
-    EXPECT_EQ(mesh.triangles.at(0), (TriangleMesh::Triangle{0, 2, 1}));
-    return mesh.triangles.at(1);
-  };
-  EXPECT_EQ(second_triangle("5"), (TriangleMesh::Triangle{1, 2, 0}));  // corners 0 2 1 0 ...
-  EXPECT_EQ(second_triangle("6"), (TriangleMesh::Triangle{0, 1, 0}));
-}
-
-TEST_F(GlbFile, TransformsOfNestedNodesAreMultiplied) {
-  directory_.write(
-      "a.glb",
-      with(R"([{"mesh":0}])",
-           R"([{"children":[1],"scale":[2,2,2]},{"mesh":0,"translation":[1,0,0],"rotation":[0,0,1,0]}])"));
-  const auto objects = import_mesh_objects(directory_ / "a.glb");
-  EXPECT_EQ(objects.at(0).name, "nodes[1]");
-  EXPECT_LT(objects[0].mesh.vertices.at(1).norm(), 1e-15);
-  EXPECT_LT((objects[0].mesh.vertices.at(2) - Vec3(2, -2, 0)).norm(), 1e-15);
-}
-
 TEST(MeshDiagnostics, EachDiagnosticHasItsOwnWords) {
   using Kind = MeshDiagnosticKind;
   const std::pair<Kind, const char*> words[] = {

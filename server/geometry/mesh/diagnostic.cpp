@@ -1,37 +1,58 @@
 #include "server/geometry/mesh/diagnostic.h"
 
-#include <array>
 #include <cmath>
 #include <sstream>
 
 namespace takt {
 
-namespace {
-// In the order of the enumerators.
-constexpr std::array<std::string_view, 15> kKinds{"bad vertex",
-                                                  "faces without area",
-                                                  "duplicate faces",
-                                                  "open edges",
-                                                  "edges of more than two faces",
-                                                  "surface with one side",
-                                                  "mixed orientation",
-                                                  "inside out",
-                                                  "encloses nothing",
-                                                  "cavities",
-                                                  "solids inside others",
-                                                  "needle triangles",
-                                                  "sharp edges",
-                                                  "coarse for contact",
-                                                  "far from the origin"};
-constexpr std::array<std::string_view, 4> kSeverities{"info", "warning", "repaired", "refused"};
-}  // namespace
-
 std::string_view to_string(MeshDiagnosticKind kind) {
-  return kKinds.at(static_cast<std::size_t>(kind));
+  switch (kind) {
+    case MeshDiagnosticKind::bad_vertex:
+      return "bad vertex";
+    case MeshDiagnosticKind::zero_area_faces:
+      return "faces without area";
+    case MeshDiagnosticKind::duplicate_faces:
+      return "duplicate faces";
+    case MeshDiagnosticKind::open_edges:
+      return "open edges";
+    case MeshDiagnosticKind::crowded_edges:
+      return "edges of more than two faces";
+    case MeshDiagnosticKind::not_orientable:
+      return "surface with one side";
+    case MeshDiagnosticKind::mixed_orientation:
+      return "mixed orientation";
+    case MeshDiagnosticKind::inside_out:
+      return "inside out";
+    case MeshDiagnosticKind::encloses_nothing:
+      return "encloses nothing";
+    case MeshDiagnosticKind::cavities:
+      return "cavities";
+    case MeshDiagnosticKind::nested_solids:
+      return "solids inside others";
+    case MeshDiagnosticKind::needles:
+      return "needle triangles";
+    case MeshDiagnosticKind::sharp_edges:
+      return "sharp edges";
+    case MeshDiagnosticKind::coarse:
+      return "coarse for contact";
+    case MeshDiagnosticKind::far_from_origin:
+      return "far from the origin";
+  }
+  return "";
 }
 
 std::string_view to_string(MeshSeverity severity) {
-  return kSeverities.at(static_cast<std::size_t>(severity));
+  switch (severity) {
+    case MeshSeverity::info:
+      return "info";
+    case MeshSeverity::warning:
+      return "warning";
+    case MeshSeverity::repaired:
+      return "repaired";
+    case MeshSeverity::refused:
+      return "refused";
+  }
+  return "";
 }
 
 std::string place_text(const Vec3& p) {

@@ -10,7 +10,9 @@
 #include <string_view>
 #include <utility>
 
-#include "server/geometry/mesh/readers.h"
+#include "server/geometry/mesh/glb_reader.h"
+#include "server/geometry/mesh/obj_reader.h"
+#include "server/geometry/mesh/stl_reader.h"
 
 namespace takt {
 namespace {

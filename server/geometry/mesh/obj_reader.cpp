@@ -1,3 +1,5 @@
+#include "server/geometry/mesh/obj_reader.h"
+
 #include <charconv>
 #include <cstddef>
 #include <cstdint>
@@ -6,7 +8,6 @@
 
 #include "server/geometry/mesh/line_reader.h"
 #include "server/geometry/mesh/polygon.h"
-#include "server/geometry/mesh/readers.h"
 
 namespace takt {
 namespace {

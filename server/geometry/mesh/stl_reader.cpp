@@ -1,3 +1,5 @@
+#include "server/geometry/mesh/stl_reader.h"
+
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -5,7 +7,6 @@
 #include <string>
 
 #include "server/geometry/mesh/line_reader.h"
-#include "server/geometry/mesh/readers.h"
 
 namespace takt {
 namespace {

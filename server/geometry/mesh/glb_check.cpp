@@ -1,0 +1,335 @@
+#include "server/geometry/mesh/glb_check.h"
+
+#include <cstdint>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <vector>
+
+#include "server/geometry/mesh/builder.h"
+
+namespace takt {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr std::uint32_t kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942;
+constexpr std::size_t kGlbHeader = 12, kChunkHeader = 8;
+constexpr std::uint64_t kMaxNumber = 0xFFFFFFFF;
+constexpr std::uint64_t kByte = 5121, kShort = 5123, kInt = 5125, kFloat = 5126;
+constexpr std::uint64_t kTriangles = 4, kFan = 6;  // 5: strip
+
+/// Little-endian.
+std::uint32_t u32_at(std::string_view content, std::size_t offset) {
+  std::uint32_t value = 0;
+  std::memcpy(&value, content.data() + offset, sizeof(value));
+  return value;
+}
+void put_u32(std::string& bytes, std::size_t value) {
+  const auto number = static_cast<std::uint32_t>(value);
+  char raw[sizeof(number)];
+  std::memcpy(raw, &number, sizeof(number));
+  bytes.append(raw, sizeof(raw));
+}
+
+std::string named(const char* list, std::size_t index) {
+  return std::string(list) + "[" + std::to_string(index) + "]";
+}
+
+const Json* member(const Json& object, const char* key) {
+  if (!object.is_object()) return nullptr;
+  const auto found = object.find(key);
+  return found == object.end() ? nullptr : &*found;
+}
+
+std::uint64_t number(const Json& object, const char* key, const std::string& place,
+                     const std::uint64_t* fallback = nullptr) {
+  const Json* value = member(object, key);
+  if (value == nullptr && fallback != nullptr) return *fallback;
+  if (value == nullptr) throw MeshFault(place + " has no " + key);
+  if (!value->is_number_unsigned() || value->get<std::uint64_t>() > kMaxNumber)
+    throw MeshFault(place + ": its " + key + " must be a whole number below 2^32");
+  return value->get<std::uint64_t>();
+}
+std::uint64_t number_or(const Json& object, const char* key, const std::string& place,
+                        std::uint64_t fallback) {
+  return number(object, key, place, &fallback);
+}
+
+class GlbCheck {
+ public:
+  explicit GlbCheck(std::string_view content) { split(content); }
+
+  std::string checked() {
+    for (const char* list : {"nodes", "meshes", "accessors", "bufferViews", "buffers", "scenes"}) {
+      const Json* items = member(document_, list);
+      if (items != nullptr && !items->is_array()) throw MeshFault(std::string(list) + " is no list");
+    }
+    const std::size_t views = count("bufferViews"), accessors = count("accessors");
+    // Placeholder for content that no mesh needs.
+    views_ = Json(views, {{"buffer", 0}, {"byteLength", 1}});
+    accessors_ = Json(accessors, {{"componentType", kFloat}, {"count", 1}, {"type", "SCALAR"}});
+    nodes_ = Json(count("nodes"), Json::object());
+    meshes_ = Json(count("meshes"), {{"primitives", Json::array()}});
+    triangles_.assign(count("meshes"), 0);
+    seen_.assign(count("nodes"), false);
+    Json roots = Json::array();
+    const Json& scene = item("scenes", number_or(document_, "scene", "the file", 0), "the file");
+    for (const std::uint64_t node : references(scene, "nodes", "the scene")) {
+      read_node(node, "the scene");
+      roots.push_back(node);
+    }
+    const Json result{{"asset", {{"version", "2.0"}}},
+                      {"scene", 0},
+                      {"scenes", {{{"nodes", roots}}}},
+                      {"nodes", nodes_},
+                      {"meshes", meshes_},
+                      {"accessors", accessors_},
+                      {"bufferViews", views_},
+                      {"buffers", {{{"byteLength", binary_.size()}}}}};
+    return assembled(result.dump());
+  }
+
+ private:
+  void split(std::string_view content) {
+    if (content.size() < kGlbHeader + kChunkHeader || !content.starts_with("glTF"))
+      throw MeshFault("a GLB file starts with the word glTF and a header of 20 bytes, this file does not (" +
+                      std::to_string(content.size()) + " bytes)");
+    const std::uint32_t version = u32_at(content, 4), announced = u32_at(content, 8);
+    if (version != 2)
+      throw MeshFault("glTF version " + std::to_string(version) + " is not supported, only 2");
+    if (announced != content.size())
+      throw MeshFault("the header announces " + std::to_string(announced) + " bytes, but the file has " +
+                      std::to_string(content.size()) + " bytes: it is truncated or has extra data");
+    std::string_view json;
+    for (std::size_t at = kGlbHeader; at < content.size();) {
+      if (content.size() - at < kChunkHeader)
+        throw MeshFault("a chunk at byte " + std::to_string(at) + " is cut");
+      const std::size_t length = u32_at(content, at);
+      const std::uint32_t type = u32_at(content, at + 4);
+      if (length > content.size() - at - kChunkHeader)
+        throw MeshFault("the chunk at byte " + std::to_string(at) + " announces " + std::to_string(length) +
+                        " bytes, but there are " + std::to_string(content.size() - at - kChunkHeader));
+      const std::string_view chunk = content.substr(at + kChunkHeader, length);
+      if (at == kGlbHeader && type != kJsonChunk) throw MeshFault("the first chunk is no JSON");
+      if (at == kGlbHeader) json = chunk;
+      if (type == kBinaryChunk && binary_.empty()) binary_ = chunk;
+      at += kChunkHeader + length;
+    }
+    try {
+      document_ = Json::parse(json);
+    } catch (const Json::exception& error) {
+      throw MeshFault(std::string("it cannot be understood: ") + error.what());
+    }
+  }
+
+  std::string assembled(std::string json) const {
+    json.resize((json.size() + 3) / 4 * 4, ' ');
+    const std::size_t padding = (4 - binary_.size() % 4) % 4;
+    std::string bytes = "glTF";
+    put_u32(bytes, 2);
+    put_u32(bytes, kGlbHeader + 2 * kChunkHeader + json.size() + binary_.size() + padding);
+    put_u32(bytes, json.size());
+    put_u32(bytes, kJsonChunk);
+    bytes += json;
+    put_u32(bytes, binary_.size() + padding);
+    put_u32(bytes, kBinaryChunk);
+    bytes += binary_;
+    bytes.append(padding, '\0');
+    return bytes;
+  }
+
+  std::size_t count(const char* list) const {
+    const Json* items = member(document_, list);
+    return items == nullptr ? 0 : items->size();
+  }
+  const Json& item(const char* list, std::uint64_t index, const std::string& from) const {
+    if (index >= count(list))
+      throw MeshFault(from + " refers to " + named(list, index) + ", of which there are " +
+                      std::to_string(count(list)));
+    return document_[list][index];
+  }
+  static std::vector<std::uint64_t> references(const Json& object, const char* key,
+                                               const std::string& place) {
+    std::vector<std::uint64_t> numbers;
+    const Json* list = member(object, key);
+    if (list == nullptr) return numbers;
+    if (!list->is_array()) throw MeshFault(place + ": its " + key + " is no list");
+    for (const Json& entry : *list) {
+      if (!entry.is_number_unsigned()) throw MeshFault(place + ": its " + key + " must be whole numbers");
+      numbers.push_back(entry.get<std::uint64_t>());
+    }
+    return numbers;
+  }
+
+  void read_node(std::uint64_t root, const std::string& from) {
+    struct Next {
+      std::uint64_t node;
+      std::size_t depth;
+      std::string from;
+    };
+    std::vector<Next> waiting{{root, 0, from}};
+    while (!waiting.empty()) {
+      const Next next = waiting.back();
+      waiting.pop_back();
+      const std::string place = named("nodes", next.node);
+      const Json& node = item("nodes", next.node, next.from);
+      if (next.depth > kMaxGlbDepth)
+        throw MeshFault(place + " lies below " + std::to_string(next.depth) + " others; allowed are " +
+                        std::to_string(kMaxGlbDepth));
+      if (seen_[next.node]) throw MeshFault(place + " is there twice; every node has one place in a tree");
+      seen_[next.node] = true;
+      Json& kept = nodes_[next.node];
+      if (const Json* name = member(node, "name"); name != nullptr && name->is_string()) kept["name"] = *name;
+      for (const auto& [key, size] :
+           {std::pair{"matrix", 16U}, {"translation", 3U}, {"rotation", 4U}, {"scale", 3U}})
+        keep_numbers(node, key, size, place, kept);
+      if (node.contains("mesh")) {
+        const std::uint64_t mesh = number(node, "mesh", place);
+        read_mesh(mesh, place);
+        shown_ += triangles_[mesh];
+        if (shown_ > kMaxGlbTriangles)
+          throw MeshFault("with " + place + " there are more than " + std::to_string(kMaxGlbTriangles) +
+                          " triangles to be seen");
+        kept["mesh"] = mesh;
+      }
+      for (const std::uint64_t child : references(node, "children", place)) {
+        kept["children"].push_back(child);
+        waiting.push_back({child, next.depth + 1, place});
+      }
+    }
+  }
+
+  static void keep_numbers(const Json& node, const char* key, std::size_t size, const std::string& place,
+                           Json& kept) {
+    const Json* numbers = member(node, key);
+    if (numbers == nullptr) return;
+    bool good = numbers->is_array() && numbers->size() == size;
+    for (std::size_t i = 0; good && i < size; ++i) good = (*numbers)[i].is_number();
+    if (!good) throw MeshFault(place + ": its " + key + " must be " + std::to_string(size) + " numbers");
+    kept[key] = *numbers;
+  }
+
+  void read_mesh(std::uint64_t index, const std::string& from) {
+    const Json& mesh = item("meshes", index, from);
+    Json& kept = meshes_[index];
+    if (!kept["primitives"].empty()) return;
+    const std::string place = named("meshes", index);
+    if (const Json* name = member(mesh, "name"); name != nullptr && name->is_string()) kept["name"] = *name;
+    const Json* primitives = member(mesh, "primitives");
+    if (primitives == nullptr || !primitives->is_array() || primitives->empty())
+      throw MeshFault(place + " has no primitives");
+    for (std::size_t p = 0; p < primitives->size(); ++p)
+      kept["primitives"].push_back(
+          primitive((*primitives)[p], index, place + ".primitives[" + std::to_string(p) + "]"));
+  }
+
+  Json primitive(const Json& source, std::uint64_t mesh, const std::string& place) {
+    const std::uint64_t mode = number_or(source, "mode", place, kTriangles);
+    if (mode < kTriangles) throw MeshFault(place + ": lines and points are not allowed, only faces");
+    if (mode > kFan) throw MeshFault(place + ": the mode " + std::to_string(mode) + " is unknown");
+    const Json* attributes = member(source, "attributes");
+    if (attributes == nullptr) throw MeshFault(place + " has no attributes");
+    const std::uint64_t position = number(*attributes, "POSITION", place);
+    const std::uint64_t vertices = read_accessor(position, {kFloat}, "VEC3", 3, place);
+    std::uint64_t corners = vertices;
+    Json kept{{"attributes", {{"POSITION", position}}}, {"mode", mode}};
+    if (source.contains("indices")) {
+      const std::uint64_t indices = number(source, "indices", place);
+      corners = read_accessor(indices, {kByte, kShort, kInt}, "SCALAR", 1, place);
+      check_indices(indices, corners, vertices, place);
+      kept["indices"] = indices;
+    }
+    // assimp 5.2.5 counts the triangles of a strip or fan as corners - 2 without a sign.
+    if (mode > kTriangles && corners < 3)
+      throw MeshFault(place + " has " + std::to_string(corners) + " corners; a strip or fan has 3 or more");
+    triangles_[mesh] += mode == kTriangles ? corners / 3 : corners;
+    return kept;
+  }
+
+  /// Number of elements.
+  std::uint64_t read_accessor(std::uint64_t index, const std::set<std::uint64_t>& types, const char* shape,
+                              std::uint64_t components, const std::string& from) {
+    const Json& accessor = item("accessors", index, from);
+    const std::string place = named("accessors", index);
+    const std::uint64_t type = number(accessor, "componentType", place);
+    const Json* given = member(accessor, "type");
+    if (!types.contains(type) || given == nullptr || *given != shape)
+      throw MeshFault(place + ": positions are VEC3 of 5126 (float), indices SCALAR of 5121, 5123 or 5125");
+    if (accessor.contains("sparse")) throw MeshFault(place + ": sparse accessors are not supported");
+    if (!accessor.contains("bufferView"))
+      throw MeshFault(place + " has no bufferView; compressed meshes are not supported");
+    const std::uint64_t view = number(accessor, "bufferView", place);
+    const std::uint64_t offset = number_or(accessor, "byteOffset", place, 0);
+    const std::uint64_t items = number(accessor, "count", place);
+    const std::uint64_t size = components * (type == kByte ? 1 : type == kShort ? 2 : 4);
+    const auto [length, given_stride] = read_view(view, place);
+    const std::uint64_t stride = given_stride == 0 ? size : given_stride;
+    if (items == 0) throw MeshFault(place + ": its count is 0");
+    if (stride < size || offset + stride * (items - 1) + size > length)
+      throw MeshFault(place + ": " + std::to_string(items) + " items of " + std::to_string(size) +
+                      " bytes from byte " + std::to_string(offset) + " on, " + std::to_string(stride) +
+                      " bytes apart, do not fit into the " + std::to_string(length) + " bytes of " +
+                      named("bufferViews", view));
+    accessors_[index] = {{"bufferView", view},
+                         {"byteOffset", offset},
+                         {"componentType", type},
+                         {"count", items},
+                         {"type", shape}};
+    return items;
+  }
+
+  std::pair<std::uint64_t, std::uint64_t> read_view(std::uint64_t index, const std::string& from) {
+    const Json& view = item("bufferViews", index, from);
+    const std::string place = named("bufferViews", index);
+    const std::uint64_t buffer = number(view, "buffer", place);
+    const Json& of = item("buffers", buffer, place);
+    if (buffer != 0 || of.contains("uri"))
+      throw MeshFault(place + ": " + named("buffers", buffer) + " does not lie in this file, which it must");
+    const std::uint64_t offset = number_or(view, "byteOffset", place, 0);
+    const std::uint64_t length = number(view, "byteLength", place);
+    if (offset + length > binary_.size())
+      throw MeshFault(place + ": " + std::to_string(length) + " bytes from byte " + std::to_string(offset) +
+                      " on do not fit into the " + std::to_string(binary_.size()) +
+                      " bytes of the file's data");
+    const std::uint64_t stride = number_or(view, "byteStride", place, 0);
+    if (stride > 252) throw MeshFault(place + ": its byteStride must be at most 252");
+    Json& kept = views_[index];
+    kept = {{"buffer", 0}, {"byteOffset", offset}, {"byteLength", length}};
+    if (stride > 0) kept["byteStride"] = stride;
+    return {length, stride};
+  }
+
+  void check_indices(std::uint64_t accessor, std::uint64_t count, std::uint64_t vertices,
+                     const std::string& place) const {
+    const Json& of = accessors_[accessor];
+    const Json& view = views_[of["bufferView"].get<std::size_t>()];
+    const auto type = of["componentType"].get<std::uint64_t>();
+    const std::size_t size = type == kByte ? 1 : type == kShort ? 2 : 4;
+    const std::size_t stride = view.contains("byteStride") ? view["byteStride"].get<std::size_t>() : size;
+    std::size_t at = view["byteOffset"].get<std::size_t>() + of["byteOffset"].get<std::size_t>();
+    for (std::uint64_t i = 0; i < count; ++i, at += stride) {
+      std::uint32_t index = 0;
+      std::memcpy(&index, binary_.data() + at, size);  // little endian, as the file
+      if (index >= vertices)
+        throw MeshFault(place + ": index " + std::to_string(i) + " is " + std::to_string(index) +
+                        ", which is out of range: there are " + std::to_string(vertices) +
+                        " vertices, counted from 0");
+    }
+  }
+
+  Json document_;
+  std::string_view binary_;
+  Json nodes_, meshes_, accessors_, views_;
+  std::vector<bool> seen_;
+  std::vector<std::uint64_t> triangles_;  ///< by mesh
+  std::uint64_t shown_ = 0;
+};
+
+}  // namespace
+
+std::string checked_glb(std::string_view content) {
+  return GlbCheck(content).checked();
+}
+
+}  // namespace takt
