@@ -10,13 +10,12 @@ using takt::Client;
 using takt::Event;
 using takt::Seconds;
 using takt::State;
+using takt::test::kGenerous;
 using takt::test::ScriptedCell;
 using takt::test::small_description;
 using takt::test::small_state;
 using takt::test::test_domain;
 using takt::test::unique_cell_name;
-
-constexpr Seconds kGenerous{60.0};
 
 class ClientOutvoting : public testing::Test {
  protected:
