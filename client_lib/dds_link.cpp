@@ -13,6 +13,7 @@
 #include "idl/transport/fastdds/local_authority.h"
 #include "idl/transport/fastdds/profiles.h"
 #include "idl/transport/fastdds/security.h"
+#include "idl/transport/fastdds/shared_memory_room.h"
 
 namespace takt::client {
 namespace {
@@ -59,7 +60,9 @@ dds::DomainParticipantQos participant_qos(const std::string& name, const LinkPro
   auto udp = std::make_shared<ThisMachineUdp>();
   // A description of megabytes comes as a burst of fragments when the server's shared memory is out of reach.
   udp->receiveBufferSize = 4U << 20U;
-  qos.transport().user_transports.push_back(std::make_shared<transports::SharedMemTransportDescriptor>());
+  const auto shared_memory = std::make_shared<transports::SharedMemTransportDescriptor>();
+  if (shared_memory_has_room(shared_memory->segment_size()))  // else over UDP alone
+    qos.transport().user_transports.push_back(shared_memory);
   qos.transport().user_transports.push_back(udp);
   // A client that dies unannounced is forgotten soon, so that another may take over its robots.
   qos.wire_protocol().builtin.discovery_config.leaseDuration = DdsDuration(5, 0);
@@ -121,6 +124,7 @@ Link::Link(int domain, const std::string& name, const LinkProfile& profile, Disc
   if (participant_ == nullptr)
     fail("DDS cannot start on domain " + std::to_string(domain) +
          " (is /dev/shm writable, are the UDP ports of the domain free?).");
+  static_cast<void>(reserve_shared_memory());
   publisher_ = participant_->create_publisher(dds::PUBLISHER_QOS_DEFAULT);
   subscriber_ = participant_->create_subscriber(dds::SUBSCRIBER_QOS_DEFAULT);
   if (publisher_ == nullptr || subscriber_ == nullptr) {

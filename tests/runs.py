@@ -39,7 +39,7 @@ class Costs:
         self.build = build
 
     def names(self):
-        listed = subprocess.run(['ctest', '--show-only=json-v1'], cwd=self.build, check=True, capture_output=True, text=True).stdout
+        listed = subprocess.run(['ctest', '--show-only=json-v1'], cwd=self.build, check=True, stdout=subprocess.PIPE, text=True).stdout
         return [test['name'] for test in json.loads(listed)['tests']]
 
     def expect(self, table):

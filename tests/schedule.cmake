@@ -22,6 +22,7 @@ set(TAKT_TESTS_ONLY_LONG
 
 # Suites of files with tests/support/effort.h: their long forms run with ./dev test --long.
 set(TAKT_TESTS_WITH_LONG_FORM
+  "^client_lib\\.LuaLibraries\\."
   "^config\\.ContactScenePoses\\."
   "^contact\\.(ContactEnergy|InteractionAlgorithmsProperty|PolygonalContactLaws)\\."
   "^dds\\.BadCommands"

@@ -22,9 +22,6 @@ namespace takt::controller {
 inline constexpr std::size_t kLuaMemory_bytes = 64U << 20U;
 inline constexpr std::size_t kLuaString_bytes = 1U << 20U;
 inline constexpr long kLuaInstructionsPerUpdate = 1'000'000;
-/// Processor time between two waits. A million instructions take some hundredths of a second; those that copy thousands
-/// of values or compare long strings end here.
-inline constexpr double kLuaTime_s = 5.0;
 
 /// Ends a function called from Lua with the error of a string beyond kLuaString_bytes.
 [[noreturn]] void refuse_long_string(lua_State* L);
@@ -42,11 +39,8 @@ class LuaSandbox {
   /// Runs the program's text. Throws std::runtime_error with file and line.
   void run(const std::string& text, const std::string& file);
 
-  /// Restores the full allowance of instructions and time.
-  void refill() {
-    instructions_left_ = kLuaInstructionsPerUpdate;
-    begun_s_ = -1.0;
-  }
+  /// Restores the full allowance of instructions.
+  void refill() { instructions_left_ = kLuaInstructionsPerUpdate; }
   /// Names the thread whose lines the next instructions are, until the next call.
   void runs(lua_State* thread) { running_ = thread; }
 
@@ -78,7 +72,6 @@ class LuaSandbox {
   std::size_t bytes_ = 0;
   std::size_t refused_bytes_ = 0;  ///< by the last call of the allocator; Lua asks again after a collection
   long instructions_left_ = kLuaInstructionsPerUpdate;
-  double begun_s_ = -1.0;  ///< processor time of the thread; negative: not read since refill()
   lua_State* running_ = nullptr;
   std::string_view exceeded_;   ///< the limit, in words; empty: none
   char exceeded_at_[128] = {};  ///< file and line

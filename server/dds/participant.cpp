@@ -1,5 +1,6 @@
 #include "server/dds/participant.h"
 
+#include <cstdio>
 #include <memory>
 
 #include "idl/transport/fastdds/host_local_udp.h"
@@ -7,6 +8,7 @@
 #include "idl/transport/fastdds/local_authority.h"
 #include "idl/transport/fastdds/profiles.h"
 #include "idl/transport/fastdds/security.h"
+#include "idl/transport/fastdds/shared_memory_room.h"
 
 namespace takt {
 namespace {
@@ -17,12 +19,17 @@ constexpr std::uint32_t kSharedMemorySegment_bytes = 8U << 20U;
 dds::DomainParticipantQos this_machine_only() {
   dds::DomainParticipantQos qos;
   qos.transport().use_builtin_transports = false;
-  const auto shared_memory = std::make_shared<transports::SharedMemTransportDescriptor>();
-  shared_memory->segment_size(kSharedMemorySegment_bytes);
   const auto udp = std::make_shared<ThisMachineUdp>();
   udp->sendBufferSize = 1U << 20U;
   udp->receiveBufferSize = 1U << 20U;
-  qos.transport().user_transports = {shared_memory, udp};
+  if (shared_memory_has_room(kSharedMemorySegment_bytes)) {
+    const auto shared_memory = std::make_shared<transports::SharedMemTransportDescriptor>();
+    shared_memory->segment_size(kSharedMemorySegment_bytes);
+    qos.transport().user_transports.push_back(shared_memory);
+  } else {
+    std::fputs("takt-server: note: /dev/shm is full; clients are served over UDP alone.\n", stderr);
+  }
+  qos.transport().user_transports.push_back(udp);
   // Time after which other participants drop one that died without a farewell.
   qos.wire_protocol().builtin.discovery_config.leaseDuration = DdsDuration(5, 0);
   qos.wire_protocol().builtin.discovery_config.leaseDuration_announcementperiod = DdsDuration(1, 0);
@@ -77,6 +84,9 @@ Participant::Participant(const ParticipantOptions& options, DiscoveryListener& l
     throw DdsError("DDS refused a participant on domain " + std::to_string(options.domain) +
                    ": another one may occupy its ports, or no network interface allows it.");
   }
+  if (!reserve_shared_memory())
+    std::fputs("takt-server: note: /dev/shm has become full; the server may end when it writes there.\n",
+               stderr);
   publisher_ = participant_->create_publisher(dds::PUBLISHER_QOS_DEFAULT);
   subscriber_ = participant_->create_subscriber(dds::SUBSCRIBER_QOS_DEFAULT);
   if (publisher_ == nullptr || subscriber_ == nullptr) {

@@ -323,6 +323,18 @@ TEST(LuaLimits, AProgramThatKeepsItsErrorDoesNotGoOn) {
   EXPECT_TRUE(lua.exceeded());
 }
 
+TEST(LuaLimits, AFunctionWithThousandsOfVariableArgumentsEndsTheProgram) {
+  LuaSandbox lua(nullptr);
+  EXPECT_NO_THROW(
+      lua.run("local function f(...) for i = 1, 9999 do end end f(table.unpack({}, 1, 1000))", "many.lua"));
+  try {
+    lua.run("local function f(...)\n return f(1, ...)\n end f()", "hostile.lua");
+    ADD_FAILURE();
+  } catch (const std::runtime_error& error) {
+    EXPECT_EQ(error.what(), std::string("hostile.lua:2: a function may have 1000 variable arguments"));
+  }
+}
+
 TEST(LuaLimits, HonestProgramsStayWithinTheirAllowance) {
   LuaSandbox lua(nullptr);
   EXPECT_NO_THROW(lua.run(
