@@ -1,5 +1,5 @@
 // Forged packets against the clients of a cell: after one of each kind, how long until each client is served again.
-// The clients: takt::Client in this process, takt watch, takt record, takt-controller, and a client in Python.
+// The clients: takt::Client in this process, takt record, takt-controller, and a client in Python.
 #include <CLI/CLI.hpp>
 #include <atomic>
 #include <chrono>
@@ -120,13 +120,11 @@ int run(const std::string& python_dir) {
   client->play();
 
   const fs::path recording = directory / "all.mcap";
-  FollowingProgram watch({bin / "takt", "--cell", cell, "--domain", domain, "watch"});
   FollowingProgram record({bin / "takt", "--cell", cell, "--domain", domain, "record", recording});
   FollowingProgram controller(program("takt-controller", {directory / "move.lua"}));
   std::optional<FollowingProgram> python;
   if (!python_dir.empty())
-    python.emplace(
-        std::vector<std::string>{"/usr/bin/env", "python3", directory / "follow.py", cell, domain});
+    python.emplace(std::vector<std::string>{"/usr/bin/python3", directory / "follow.py", cell, domain});
 
   // Commands of the controller, as another client sees them.
   std::atomic<std::uint64_t> commands{0};
@@ -153,7 +151,6 @@ int run(const std::string& python_dir) {
   double newest_of_client_s = 0.0;
   std::vector<Served> all{
       {"takt::Client", [&](double s) { return newest_of_client_s > s; }},
-      {"takt watch", [&](double s) { return watch.newest_s() > s; }},
       // It writes to the file once a second.
       {"takt record", [&](double) { return !record.ended() && bytes() > bytes_before; }},
       {"takt-controller", [&](double) { return !controller.ended() && commands > commands_before + 20; }}};
