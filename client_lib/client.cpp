@@ -6,6 +6,7 @@
 #include "client_lib/client_impl.h"
 #include "idl/common/stamp.h"
 #include "idl/common/text.h"
+#include "idl/transport/rtps_guard/packet_cork.h"
 
 namespace takt {
 namespace {
@@ -84,6 +85,10 @@ Status Client::status() const {
 bool Client::connected() const {
   const std::lock_guard lock(impl_->mutex);
   return !impl_->gone && !impl_->silent(Clock::now());
+}
+
+std::string Client::dropped_packets() const {
+  return impl_->link.guard().summary();
 }
 
 bool Client::wait_for_connection(Seconds timeout) const {
@@ -192,6 +197,11 @@ void Client::set_gripper(const std::string& gripper, GripperAction action, doubl
   sample.width = width_m;
   sample.max_force = max_force_N;
   impl_->send(topics::gripper_command, gripper, sample);
+}
+
+void Client::send_together(const std::function<void()>& send) {
+  const PacketCork cork;
+  send();
 }
 
 }  // namespace takt

@@ -46,7 +46,7 @@ void Client::Impl::connect() {
         changed.notify_all();
       });
   link.create_reader(topics::control_reply, topics::control_reply.name(options.cell), reply_listener.get());
-  listen(topics::description);
+  description = listen(topics::description);
 
   std::unique_lock lock(mutex);
   const auto deadline = deadline_after(options.timeout);
@@ -81,19 +81,34 @@ bool Client::Impl::from_this_server(const GuidPrefix& from) {
   return true;
 }
 
+void Client::Impl::restore_description() {
+  std::swap(cell, cell_before);
+  for (auto& [name, reader] : topic_readers) reader->on_description(false, true);
+  const auto same = std::const_pointer_cast<CellInfo>(cell);
+  description->samples.assign(1, {same, ++description->count});
+  changed.notify_all();
+}
+
 void Client::Impl::on_description(ReaderOf<takt_msgs::msg::CellDescription>& of,
                                   const takt_msgs::msg::CellDescription& sample, const GuidPrefix& from) {
-  auto description = std::make_shared<CellInfo>(sample);
+  auto made = std::make_shared<CellInfo>(sample);
   const std::lock_guard lock(mutex);
   const bool other_server = server && *server != from;  // started again: nothing known of the old one holds
-  const bool other_scenario = cell && cell->scenario_generation != description->scenario_generation;
+  if (cell && server == from && *static_cast<const takt_msgs::msg::CellDescription*>(cell.get()) == sample) {
+    gone = false;  // the same once more, after the server was discovered again
+    heard = Clock::now();
+    changed.notify_all();
+    return;
+  }
+  const bool other_scenario = cell && cell->scenario_generation != made->scenario_generation;
+  cell_before = other_server ? nullptr : cell;
   server = from;
   gone = false;
   heard = Clock::now();
-  cell = description;
+  cell = made;
   if (other_server || other_scenario) known = {0, 0};
   for (auto& [name, reader] : topic_readers) reader->on_description(other_server, other_scenario);
-  of.keep(std::move(description));
+  of.keep(std::move(made));
   changed.notify_all();
 }
 

@@ -13,6 +13,7 @@
 
 #include "client_lib/client.h"
 #include "client_lib/discovery.h"
+#include "client_lib/outvoting.h"
 #include "idl/common/text.h"
 #include "takt_topics.h"
 
@@ -78,6 +79,8 @@ struct Client::Impl {
                              const Arguments& values, std::uint32_t generation_before,
                              Clock::time_point deadline);
   bool from_this_server(const GuidPrefix& from);
+  /// Samples of the server go on that do not fit the description, but the one before it: the newest was forged.
+  void restore_description();
   /// DDS does not survive fork(): of its threads there is none in the new process. Throws there.
   void require_own_process() const {
     if (link.is_of_this_process()) return;
@@ -106,6 +109,8 @@ struct Client::Impl {
   bool gone = false;                 ///< DDS has announced the end of that server's status
   Clock::time_point heard = Clock::now();
   std::shared_ptr<const CellInfo> cell;
+  std::shared_ptr<const CellInfo> cell_before;  ///< the description of this server that `cell` has replaced
+  ReaderOf<takt_msgs::msg::CellDescription>* description = nullptr;
   /// Epoch and step of the newest instant that a reply has named, in the present scenario.
   std::pair<std::uint32_t, std::uint64_t> known{0, 0};
   std::uint64_t next_sequence = 1;
@@ -226,24 +231,67 @@ struct Client::Impl::ReaderOf final : Reader {
     if (is_later) {
       constexpr std::size_t kMost = 100;
       if (!each_counts) early.clear();
+      if (client.from_this_server(from) && client.cell != nullptr && outvotes_description(*received)) {
+        client.restore_description();
+        return take(std::move(received), from);
+      }
       if (early.size() < kMost) early.emplace_back(from, std::move(received));
       return;
     }
-    if constexpr (kHasScenario)
-      if (received->scenario_generation < client.cell->scenario_generation) return;
-    if (!fits<Type>(*received, client.cell->lists, client.cell->lists)) return;
+    if (!fits_description(*received, client.cell.get())) {
+      if (!outvotes_description(*received)) return;
+      client.restore_description();
+    }
+    description_votes.in_order();
     if constexpr (kHasInstant) {
       const auto instant = instant_of(*received);
-      if (!each_counts && (instant < client.known || (newest() && instant < instant_of(*newest())))) return;
+      if (!each_counts && (instant < client.known || (newest() && instant < instant_of(*newest())))) {
+        if (!votes.older(instant, Clock::now())) return;
+        client.known = std::min(client.known, instant);
+      } else if (!each_counts && newest() && !is_confirmed(received)) {
+        return;
+      }
+      votes.in_order();
     }
     received->cell = client.cell;
     keep(std::move(received));
   }
 
+  /// False for a sample far ahead of the newest one, which waits for the next to confirm it: no simulation gets there
+  /// meanwhile, and a sample lost between two resets is rare.
+  bool is_confirmed(const std::shared_ptr<Sample>& received) {
+    const auto now = Clock::now();
+    const Seconds since = now - std::exchange(heard, now);
+    const auto leap = std::exchange(unconfirmed, nullptr);
+    if (leap && !client::leaps(*leap, *received, since)) return true;
+    if (!client::leaps(*newest(), *received, since)) return true;
+    unconfirmed = received;
+    return false;
+  }
+  static bool fits_description(const Type& sample, const CellInfo* cell) {
+    if constexpr (kHasScenario)
+      if (sample.scenario_generation != cell->scenario_generation) return false;
+    return fits<Type>(sample, cell->lists, cell->lists);
+  }
+  bool outvotes_description(const Type& sample) {
+    if constexpr (kHasScenario) {
+      if (client.cell_before == nullptr || !fits_description(sample, client.cell_before.get())) return false;
+      return description_votes.older({sample.scenario_generation, 0}, Clock::now());
+    }
+    return false;
+  }
+
   void keep(std::shared_ptr<Sample> received) {
     constexpr std::size_t kMost = 10000;
     if constexpr (requires { received->missed_before; }) {
-      if (received->sequence_number <= newest_sequence) return;
+      if (received->sequence_number <= newest_sequence) {
+        // A number from the past may come late. Two that follow each other outvote one far ahead.
+        const auto before = std::exchange(older, received);
+        if (!before || before->sequence_number + 1 != received->sequence_number) return;
+        older = nullptr;
+        newest_sequence = 0;
+        keep(std::move(before));
+      }
       // Those before the first one received belong to the time before this client.
       if (newest_sequence != 0) received->missed_before = received->sequence_number - newest_sequence - 1;
       newest_sequence = received->sequence_number;
@@ -280,6 +328,10 @@ struct Client::Impl::ReaderOf final : Reader {
 
   Impl& client;
   const bool latched;
+  client::Outvoting votes, description_votes;
+  std::shared_ptr<Sample> unconfirmed;  ///< far ahead of the newest
+  Clock::time_point heard{};            ///< the last one in order
+  std::shared_ptr<Sample> older;        ///< the last one, where its number was from the past
   std::uint64_t newest_sequence = 0;
   std::vector<std::pair<GuidPrefix, std::shared_ptr<Sample>>> early;  ///< wait for their description
   client::ReaderListener<Type> listener;

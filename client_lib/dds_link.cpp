@@ -1,7 +1,8 @@
 #include "client_lib/dds_link.h"
 
-#include <unistd.h>
+#include <pthread.h>
 
+#include <atomic>
 #include <set>
 #include <vector>
 
@@ -9,11 +10,22 @@
 #include "client_lib/participant_numbers.h"
 #include "idl/transport/fastdds/host_local_udp.h"
 #include "idl/transport/fastdds/identity_fault.h"
+#include "idl/transport/fastdds/local_authority.h"
 #include "idl/transport/fastdds/profiles.h"
 #include "idl/transport/fastdds/security.h"
+#include "idl/transport/fastdds/shared_memory_room.h"
 
 namespace takt::client {
 namespace {
+
+/// Times that this process and those it comes from were forked. A look at it costs no system call, as getpid() does.
+std::atomic<int> forks{0};
+
+int forks_so_far() {
+  static const int registered = pthread_atfork(nullptr, nullptr, [] { ++forks; });
+  (void)registered;
+  return forks.load(std::memory_order_relaxed);
+}
 
 /// A description with its meshes is large, and lost fragments of it have to be asked for one by one.
 GuardLimits guard_limits() {
@@ -48,7 +60,9 @@ dds::DomainParticipantQos participant_qos(const std::string& name, const LinkPro
   auto udp = std::make_shared<ThisMachineUdp>();
   // A description of megabytes comes as a burst of fragments when the server's shared memory is out of reach.
   udp->receiveBufferSize = 4U << 20U;
-  qos.transport().user_transports.push_back(std::make_shared<transports::SharedMemTransportDescriptor>());
+  const auto shared_memory = std::make_shared<transports::SharedMemTransportDescriptor>();
+  if (shared_memory_has_room(shared_memory->segment_size()))  // else over UDP alone
+    qos.transport().user_transports.push_back(shared_memory);
   qos.transport().user_transports.push_back(udp);
   // A client that dies unannounced is forgotten soon, so that another may take over its robots.
   qos.wire_protocol().builtin.discovery_config.leaseDuration = DdsDuration(5, 0);
@@ -79,17 +93,19 @@ GuidPrefix participant_of(const dds::InstanceHandle_t& handle) {
 }
 
 Link::Link(int domain, const std::string& name, const LinkProfile& profile, DiscoveryListener* listener)
-    : process_(::getpid()) {
+    : forks_(forks_so_far()) {
   if (domain < 0 || domain > 232)
     throw ClientError(ClientError::Kind::invalid,
                       "DDS domain " + std::to_string(domain) + " does not exist; allowed are 0 to 232.");
   dds::DomainParticipantQos qos = participant_qos(name, profile);
-  const bool secured = !profile.secure_directory.empty();
+  std::string directory;
   try {
-    if (secured) secure(qos, profile.secure_directory);
+    directory = security_directory(profile.secure_directory, "controller");
+    if (!directory.empty()) secure(qos, directory);
   } catch (const SecurityError& error) {
     fail(error.what());
   }
+  const bool secured = !directory.empty();
   guard_ = guard_transports(qos, static_cast<std::uint32_t>(domain), secured, guard_limits());
   if (listener == nullptr) listener = &no_listener_;
   guard_->follow(*listener);
@@ -104,10 +120,11 @@ Link::Link(int domain, const std::string& name, const LinkProfile& profile, Disc
                                                dds::StatusMask::none());
   }
   if (participant_ == nullptr && secured)
-    fail(refused_identity(profile.secure_directory, static_cast<std::uint32_t>(domain)));
+    fail(refused_identity(directory, static_cast<std::uint32_t>(domain)));
   if (participant_ == nullptr)
     fail("DDS cannot start on domain " + std::to_string(domain) +
          " (is /dev/shm writable, are the UDP ports of the domain free?).");
+  static_cast<void>(reserve_shared_memory());
   publisher_ = participant_->create_publisher(dds::PUBLISHER_QOS_DEFAULT);
   subscriber_ = participant_->create_subscriber(dds::SUBSCRIBER_QOS_DEFAULT);
   if (publisher_ == nullptr || subscriber_ == nullptr) {
@@ -118,7 +135,7 @@ Link::Link(int domain, const std::string& name, const LinkProfile& profile, Disc
 }
 
 bool Link::is_of_this_process() const {
-  return ::getpid() == process_;
+  return forks_so_far() == forks_;
 }
 
 Link::~Link() {

@@ -1,7 +1,5 @@
 #pragma once
 // The Fast DDS entities of a client: participant, readers, writers, with the QoS of the service.
-#include <sys/types.h>
-
 #include <chrono>
 #include <cstdint>
 #include <functional>
@@ -59,9 +57,10 @@ class Link {
   /// The last time at which this process continued after a stop longer than the servers' lease. DDS then
   /// discovers the servers again, which takes seconds. The clock's epoch means never.
   std::chrono::steady_clock::time_point returned() const { return guard_->returned(); }
+  const PacketGuard& guard() const { return *guard_; }
 
  private:
-  const pid_t process_;
+  const int forks_;  ///< of this process when the link was made
   dds::Topic* topic(const std::string& name, dds::TypeSupport type);
   int number_ = -1;  ///< of the participant, see dds_link.cpp
   std::shared_ptr<PacketGuard> guard_;

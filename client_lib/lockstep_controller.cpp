@@ -109,19 +109,21 @@ const State& LockstepController::advance() {
 }
 
 void LockstepController::send() const {
-  for (const auto& [target, command] : sent_) {
-    if (const auto* joints = std::get_if<Joints>(&command))
-      cell_.send_joint_command(target, joints->positions, joints->velocities, state_.time, joints->efforts);
-    else if (const auto* grip = std::get_if<Grip>(&command))
-      cell_.set_gripper(target, grip->action, grip->width_m, grip->max_force_N, state_.time);
-    else if (const auto* signals = std::get_if<Signals>(&command))
-      cell_.set_signals(target, *signals, state_.time);
-  }
+  cell_.send_together([this] {
+    for (const auto& [target, command] : sent_) {
+      if (const auto* joints = std::get_if<Joints>(&command))
+        cell_.send_joint_command(target, joints->positions, joints->velocities, state_.time, joints->efforts);
+      else if (const auto* grip = std::get_if<Grip>(&command))
+        cell_.set_gripper(target, grip->action, grip->width_m, grip->max_force_N, state_.time);
+      else if (const auto* signals = std::get_if<Signals>(&command))
+        cell_.set_signals(target, *signals, state_.time);
+    }
+  });
 }
 
 void LockstepController::wait_for_boundary() {
   const auto begin = SteadyClock::now();
-  const double due_s = static_cast<double>(boundary_) * options_.period_s - kTimeTolerance_s;
+  double due_s = static_cast<double>(boundary_) * options_.period_s - kTimeTolerance_s;
   const auto exchanged = [&](const State& s) { return s.cell != state_.cell || s.epoch != state_.epoch; };
   std::uint64_t seen = state_.sample_number;
   for (;;) {
@@ -129,17 +131,28 @@ void LockstepController::wait_for_boundary() {
     const auto next = cell_.wait_for(
         topics::state,
         [&](const State& s) {
-          if (s.time >= due_s || exchanged(s)) return true;
+          if (s.time >= due_s || exchanged(s) || s.time < state_.time) return true;
           const bool repeated = answered_ && s.step == state_.step && s.sample_number > seen;
           seen = std::max(seen, s.sample_number);
           return repeated;
         },
         left);
-    if (next && exchanged(*next))
+    if (next && exchanged(*next)) {
+      // A single sample may be forged; the one behind it decides.
+      const auto confirmed = cell_.wait_for(
+          topics::state, [&](const State& s) { return s.sample_number > next->sample_number; }, Seconds{2.0});
+      if (confirmed && !exchanged(*confirmed)) continue;
       throw ClientError(ClientError::Kind::lost,
                         std::string("The cell ") +
                             (next->cell != state_.cell ? "has another scenario" : "was reset") +
                             "; start its controllers again.");
+    }
+    if (next && next->time < state_.time) {  // the time that was answered was not the cell's
+      state_ = *next;
+      boundary_ = static_cast<std::uint64_t>(std::ceil((state_.time - kTimeTolerance_s) / options_.period_s));
+      due_s = static_cast<double>(boundary_) * options_.period_s - kTimeTolerance_s;
+      if (state_.time < due_s) continue;
+    }
     if (next && next->time >= due_s) {
       state_ = *next;
       answered_ = false;

@@ -12,8 +12,6 @@
 // A complete program is examples/scripted_publisher.cpp --lockstep.
 #include <cstdint>
 #include <map>
-#include <memory>
-#include <optional>
 #include <string>
 #include <variant>
 #include <vector>

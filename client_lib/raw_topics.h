@@ -4,7 +4,6 @@
 // Discovery finds the topics. A topic is received while it is open. Samples arrive in threads of DDS in the form
 // in which they were sent (CDR with its head of four bytes).
 #include <condition_variable>
-#include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>

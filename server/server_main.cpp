@@ -89,8 +89,10 @@ void describe_arguments(CLI::App& app, Arguments& arguments) {
       ->needs(profiles)
       ->capture_default_str();
   app.add_option("--secure", arguments.secure,
-                 "directory with the identity and permissions of a server (docs/network.md)")
-      ->check(CLI::ExistingDirectory)
+                 "auto: identities of this user, made at first use; or a directory with the identity and "
+                 "permissions of a "
+                 "server (docs/network.md)")
+      ->check(CLI::ExistingDirectory | CLI::IsMember({"auto"}))
       ->envname("TAKT_SECURE");
   app.add_flag("--namespaced-clock-and-tf", arguments.namespaced_clock_and_tf,
                "for ROS tools of several cells on one domain: clock, tf and tf_static below the cell's name, "

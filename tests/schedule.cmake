@@ -22,6 +22,7 @@ set(TAKT_TESTS_ONLY_LONG
 
 # Suites of files with tests/support/effort.h: their long forms run with ./dev test --long.
 set(TAKT_TESTS_WITH_LONG_FORM
+  "^client_lib\\.LuaLibraries\\."
   "^config\\.ContactScenePoses\\."
   "^contact\\.(ContactEnergy|InteractionAlgorithmsProperty|PolygonalContactLaws)\\."
   "^dds\\.BadCommands"
@@ -31,7 +32,11 @@ set(TAKT_TESTS_WITH_LONG_FORM
   "^runtime\\.StepPath\\."
   "^simulation\\.(AnyAssembly|FastBodies|InjectedFailures)\\.")
 
-# Seconds, so that the longest ones begin first also where ctest has not seen them yet.
+# Seconds: the longest entries begin first also where ctest has not seen them yet (tests/runs.py). web.orders waits for many
+# programs to find each other.
 set(TAKT_TEST_COSTS
+  "200 ^web\\.orders$"
+  "100 ^web\\."
   "50 ^integration\\.LockstepBlockScenario"
+  "20 ^python\\."
 )

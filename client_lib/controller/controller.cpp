@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <optional>
 #include <stdexcept>
+#include <utility>
 
 #include "client_lib/controller/program.h"
 #include "client_lib/controller/robot_driver.h"
+#include "idl/common/bounded_file.h"
 #include "idl/common/named_lists.h"
 
 namespace takt::controller {
@@ -19,11 +19,12 @@ using takt_msgs::msg::GripperDescription;
 
 namespace {
 
+constexpr std::size_t kLargestProgram_MB = 4;
+
 std::string read_program(const std::string& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-  if (!in.is_open() || in.bad()) throw std::runtime_error(file + ": the program cannot be read");
-  return text;
+  FileText read = read_bounded_file(file, kLargestProgram_MB);
+  if (!read.problem.empty()) throw std::runtime_error(file + ": the program cannot be read: " + read.problem);
+  return std::move(read.text);
 }
 
 /// The robot with the tool centre point of its first gripper; of the flange where it has none.

@@ -8,6 +8,9 @@
 namespace takt::controller {
 
 namespace {
+
+constexpr std::size_t kLongestName_bytes = 1000;
+
 const NamedNumber& find_option(std::string_view name, std::initializer_list<NamedNumber> known) {
   for (const NamedNumber& option : known) {
     if (option.name == name) return option;
@@ -49,6 +52,7 @@ std::string_view to_name(lua_State* L, int index) {
   }
   std::size_t length = 0;
   const char* text = lua_tolstring(L, index, &length);
+  if (length > kLongestName_bytes) throw std::runtime_error("a name has at most 1000 bytes");
   return {text, length};
 }
 

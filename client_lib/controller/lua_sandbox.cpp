@@ -1,14 +1,31 @@
 #include "client_lib/controller/lua_sandbox.h"
 
+#include <algorithm>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <new>
+
+#include "client_lib/controller/lua_libraries.h"
 
 namespace takt::controller {
 
 namespace {
 
-constexpr int kInstructionsPerCount = 1000;
+constexpr int kInstructionsPerCount = 1000, kMaxVariableArguments = 1000;
+constexpr std::size_t kBytesPerInstruction = 256;     ///< of new memory: writing it, and collecting it later
+constexpr std::size_t kBytesPerFullCollection = 640;  ///< per instruction, of the memory in use
+constexpr std::size_t kStringHead_bytes = 64;         ///< at most; of the memory that Lua asks for a string
+
+constexpr std::string_view kTooMuchWork =
+    "endless loop: more than 1000000 instructions without a wait, the work of library functions included";
+constexpr std::string_view kTooManyArguments = "a function may have 1000 variable arguments";
+constexpr std::string_view kTooMuchMemory = "not enough memory: a program may use 64 MB";
+constexpr std::string_view kTooLongString = "not enough memory: a string may have 1 MB";
+static_assert(kLuaInstructionsPerUpdate == 1'000'000 && kLuaMemory_bytes == 64U << 20U &&
+              kLuaString_bytes == 1U << 20U);
+
+constexpr char kPreludeName[] = "prelude";
 
 // The reduced standard libraries, written in Lua. The prelude removes functions that are not deterministic (random
 // numbers, addresses in texts, the order of a hash table, which Lua seeds by clock and address) and functions that
@@ -95,6 +112,7 @@ LuaSandbox::LuaSandbox(void* owner) : header_{this, owner}, L_(lua_newstate(&Lua
   open_library(L_, LUA_STRLIBNAME, luaopen_string);
   open_library(L_, LUA_TABLIBNAME, luaopen_table);
   open_library(L_, LUA_UTF8LIBNAME, luaopen_utf8);
+  bound_libraries(L_);
   if (luaL_loadbufferx(L_, kPrelude, sizeof kPrelude - 1, "=prelude", "t") != LUA_OK ||
       lua_pcall(L_, 0, 0, 0) != LUA_OK) {
     const std::string text = error_text(L_);
@@ -113,8 +131,9 @@ void LuaSandbox::run(const std::string& text, const std::string& file) {
   const bool fits = file.size() + 1 < LUA_IDSIZE;
   const std::string chunk = "@" + (fits ? file : file.substr(file.find_last_of('/') + 1));
   refill();
+  running_ = L_;
   if (luaL_loadbufferx(L_, text.data(), text.size(), chunk.c_str(), "t") != LUA_OK ||
-      lua_pcall(L_, 0, 0, 0) != LUA_OK) {
+      lua_pcall(L_, 0, 0, 0) != LUA_OK || exceeded()) {
     const std::string reason = error_text(L_);
     lua_settop(L_, 0);
     throw std::runtime_error(reason);
@@ -122,6 +141,7 @@ void LuaSandbox::run(const std::string& text, const std::string& file) {
 }
 
 std::string LuaSandbox::error_text(lua_State* thread) const {
+  if (!exceeded_.empty()) return exceeded_at_ + std::string(exceeded_);
   const char* said = lua_tostring(thread, -1);
   std::string text = said != nullptr ? said : "error value of type " + std::string(luaL_typename(thread, -1));
   if (thread == L_) return text;
@@ -150,25 +170,87 @@ void* LuaSandbox::allocate(void* sandbox, void* block, std::size_t old_size, std
     std::free(block);
     return nullptr;
   }
-  if (self->bytes_ - released + new_size > kLuaMemory_bytes) return nullptr;
+  const bool is_string = block == nullptr && old_size == LUA_TSTRING;
+  if (is_string && new_size > kLuaString_bytes + kStringHead_bytes) {
+    self->refuse(new_size, kTooLongString);
+    return nullptr;
+  }
+  if (new_size > released && self->bytes_ - released + new_size > kLuaMemory_bytes) {
+    self->refuse(new_size, kTooMuchMemory);
+    return nullptr;
+  }
   void* result = std::realloc(block, new_size);
-  if (result != nullptr) self->bytes_ += new_size - released;
+  if (result == nullptr) return nullptr;
+  self->bytes_ += new_size - released;
+  if (new_size > released) {
+    self->refused_bytes_ = 0;
+    self->instructions_left_ -= static_cast<long>((new_size - released) / kBytesPerInstruction);
+    if (self->instructions_left_ < 0) self->exceed(kTooMuchWork);
+  }
   return result;
 }
 
-void LuaSandbox::count(lua_State* L, lua_Debug*) {
-  Header* header = nullptr;
-  std::memcpy(&header, lua_getextraspace(L), sizeof header);
-  LuaSandbox& self = *header->sandbox;
-  self.instructions_left_ -= lua_gethookcount(L);
-  if (self.instructions_left_ >= 0) return;
-  // From now on every instruction fails, so that no pcall of the program can hold the error back.
-  lua_sethook(L, &LuaSandbox::count, LUA_MASKCOUNT, 1);
-  luaL_where(L, 0);  // in a hook, level 0 is what runs
-  lua_pushfstring(L, "endless loop: more than %d instructions without a wait",
-                  static_cast<int>(kLuaInstructionsPerUpdate));
+/// Lua collects all garbage after a refusal and asks once more.
+void LuaSandbox::refuse(std::size_t size, std::string_view limit) {
+  if (refused_bytes_ == size) exceed(limit);
+  refused_bytes_ = size;
+  instructions_left_ -= static_cast<long>(bytes_ / kBytesPerFullCollection);
+}
+
+void LuaSandbox::exceed(std::string_view limit) {
+  if (!exceeded_.empty() || running_ == nullptr) return;
+  exceeded_ = limit;
+  lua_Debug activation{};
+  for (int level = 0; lua_getstack(running_, level, &activation) != 0; ++level) {
+    lua_getinfo(running_, "Sl", &activation);
+    if (activation.currentline <= 0 || std::strcmp(activation.short_src, kPreludeName) == 0) continue;
+    std::snprintf(exceeded_at_, sizeof exceeded_at_, "%s:%d: ", activation.short_src, activation.currentline);
+    break;
+  }
+  lua_sethook(running_, &LuaSandbox::count, LUA_MASKCOUNT, 1);
+}
+
+void LuaSandbox::fail(lua_State* L) {
+  lua_pushstring(L, exceeded_at_);
+  lua_pushlstring(L, exceeded_.data(), exceeded_.size());
   lua_concat(L, 2);
   lua_error(L);
+  std::abort();  // lua_error() does not return
+}
+
+LuaSandbox& LuaSandbox::of(lua_State* L) {
+  Header* header = nullptr;
+  std::memcpy(&header, lua_getextraspace(L), sizeof header);
+  return *header->sandbox;
+}
+
+void LuaSandbox::count(lua_State* L, lua_Debug*) {
+  LuaSandbox& self = of(L);
+  self.running_ = L;
+  self.instructions_left_ -= lua_gethookcount(L);
+  if (self.instructions_left_ < 0) self.exceed(kTooMuchWork);
+  // One instruction copies all of them.
+  lua_Debug running{};
+  if (lua_getstack(L, 0, &running) != 0 && lua_getlocal(L, &running, -kMaxVariableArguments - 1) != nullptr) {
+    lua_pop(L, 1);
+    self.exceed(kTooManyArguments);
+  }
+  if (!self.exceeded_.empty()) self.fail(L);
+}
+
+void spend_work(lua_State* L, std::size_t work) {
+  LuaSandbox& self = LuaSandbox::of(L);
+  self.running_ = L;
+  self.instructions_left_ -= static_cast<long>(std::min<std::size_t>(work, kLuaInstructionsPerUpdate + 1));
+  if (self.instructions_left_ < 0) self.exceed(kTooMuchWork);
+  if (!self.exceeded_.empty()) self.fail(L);
+}
+
+void refuse_long_string(lua_State* L) {
+  LuaSandbox& self = LuaSandbox::of(L);
+  self.running_ = L;
+  self.exceed(kTooLongString);
+  self.fail(L);
 }
 
 void* lua_owner(lua_State* L) {

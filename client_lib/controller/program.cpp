@@ -1,7 +1,6 @@
 #include "client_lib/controller/program.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "client_lib/controller/cell_view.h"
 #include "idl/common/text.h"
@@ -13,6 +12,8 @@ namespace {
 /// way.
 constexpr double kTimeTolerance_s = 1e-9;
 constexpr double kLongestPeriod_s = 1.0;
+/// Beyond them a program would fill the memory outside of its own.
+constexpr std::size_t kMaxSignals = 10'000, kMaxSteps = 1'000'000;
 
 std::string seconds(double time_s) {
   return fixed_text(time_s, 3) + " s";
@@ -109,7 +110,9 @@ bool Program::condition_holds(Routine& routine) {
   lua_State* L = lua_.state();
   lua_rawgeti(L, LUA_REGISTRYINDEX, routine.condition);
   push_cell(L);
-  if (lua_pcall(L, 1, 1, 0) != LUA_OK) throw std::runtime_error(in_routine(routine, lua_.error_text(L)));
+  lua_.runs(L);
+  if (lua_pcall(L, 1, 1, 0) != LUA_OK || lua_.exceeded())
+    throw std::runtime_error(in_routine(routine, lua_.error_text(L)));
   const bool holds = lua_toboolean(L, -1) != 0;
   lua_pop(L, 1);
   if (holds) {
@@ -123,6 +126,7 @@ bool Program::condition_holds(Routine& routine) {
 
 int Program::begin_step(lua_State* L, const Routine& routine, std::string_view name, bool named) {
   if (context_.steps == nullptr) return -1;
+  if (context_.steps->size() >= kMaxSteps) throw std::runtime_error("more than a million steps are reported");
   lua_Debug place{};
   if (lua_getstack(L, 1, &place) == 0 || lua_getinfo(L, "l", &place) == 0) place.currentline = 0;
   context_.steps->push_back({routine.robot, std::string(name), place.currentline, named, state_->time, -1.0});
@@ -145,8 +149,10 @@ void Program::resume(Routine& routine) {
     arguments = 1;
   }
   int results = 0;
+  lua_.runs(routine.thread);
   const int status = lua_resume(routine.thread, nullptr, arguments, &results);
   current_ = nullptr;
+  if (lua_.exceeded()) throw std::runtime_error(in_routine(routine, lua_.error_text(routine.thread)));
   if (status == LUA_OK) {
     routine.wait = Wait::finished;
     end_step(routine.step);
@@ -159,6 +165,7 @@ void Program::resume(Routine& routine) {
 int Program::signal_id(std::string_view name) {
   const auto found = signal_ids_.find(name);
   if (found != signal_ids_.end()) return found->second;
+  if (signals_.size() >= kMaxSignals) throw std::runtime_error("a program may use 10000 names of signals");
   const int id = static_cast<int>(signals_.size());
   signal_ids_.emplace(name, id);
   signals_.push_back(false);

@@ -1,6 +1,5 @@
 // Functions of controller programs: routines, motions, grippers, waits, signals.
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <iostream>
 #include <limits>
@@ -23,6 +22,7 @@ namespace {
 constexpr char kRobotType[] = "robot";
 constexpr char kGripperType[] = "gripper";
 constexpr char kDeviceType[] = "device";
+constexpr std::size_t kMaxParameters = 1000;
 
 JointArray to_joints(lua_State* L, int index, const ArmModel& arm) {
   const int count = arm.joint_count();
@@ -127,6 +127,8 @@ struct ProgramFunctions {
       throw std::runtime_error("parameters are asked for while the program is loaded");
     const std::string name(to_name(L, 1));
     const double fallback = to_number(L, 2, "the default of parameter " + name);
+    if (self.parameters_.size() >= kMaxParameters)
+      throw std::runtime_error("a program may have 1000 parameters");
     self.parameters_.insert(name);
     const auto given = self.context_.parameters->find(name);
     lua_pushnumber(L, given == self.context_.parameters->end() ? fallback : given->second);
@@ -147,9 +149,11 @@ struct ProgramFunctions {
       lua_pushvalue(L, i);
       lua_call(L, 1, 1);
       const char* part = lua_tostring(L, -1);
+      if (text.size() > kLuaString_bytes) refuse_long_string(L);
       text += (i > 1 ? "\t" : "") + std::string(part != nullptr ? part : "?");
       lua_pop(L, 1);
     }
+    spend_work(L, text.size());
     char time[32] = "loading";
     if (const auto* now = program(L).state_) std::snprintf(time, sizeof time, "%.3f s", now->time);
     std::clog << "[" << time << "] " << text << "\n";

@@ -5,6 +5,10 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
+
+#include "takt_msgs.h"
 
 namespace takt::recording {
 
@@ -29,6 +33,34 @@ inline std::optional<nlohmann::json> read_json(std::string_view text) {
   nlohmann::json document = nlohmann::json::parse(text.begin(), text.end(), shallow, false);
   if (deep || document.is_discarded()) return std::nullopt;
   return document;
+}
+
+/// The value of an argument or a result; a document as it is, but one that cannot be read as its text.
+inline nlohmann::json value_json(const takt_msgs::msg::Value& value) {
+  switch (value.kind) {
+    case ValueKind::boolean:
+      return value.flag;
+    case ValueKind::integer:
+      return value.integer;
+    case ValueKind::number:
+      return value.number;
+    case ValueKind::numbers:
+      return value.numbers;
+    case ValueKind::texts:
+      return value.texts;
+    case ValueKind::document:
+      if (auto document = read_json(value.text)) return *std::move(document);
+      break;
+    case ValueKind::text:
+      break;
+  }
+  return value.text;
+}
+/// {name: value}.
+inline nlohmann::json values_json(const std::vector<takt_msgs::msg::Argument>& values) {
+  auto object = nlohmann::json::object();
+  for (const auto& [name, value] : values) object[name] = value_json(value);
+  return object;
 }
 
 }  // namespace takt::recording

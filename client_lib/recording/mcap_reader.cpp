@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <optional>
 #include <queue>
 
 #include "client_lib/recording/compression.h"
@@ -16,7 +15,7 @@ using mcap::Content;
 
 namespace {
 
-/// Longest record, and chunk before compression, that is believed: a damaged length must not take all memory.
+/// Longest record that is believed: a damaged length must not take all memory.
 constexpr std::uint64_t kLongest_bytes = std::uint64_t{1} << 31U;
 constexpr std::uint64_t kFooter_bytes = mcap::kRecordHead_bytes + 8 + 8 + 4;
 
@@ -45,9 +44,12 @@ struct McapReader::Loaded {
   };
   std::vector<Entry> messages;  // by time
   std::size_t next = 0;
+
+  std::uint64_t size() const { return bytes.size() + messages.size() * sizeof(Entry); }
 };
 
-McapReader::McapReader(const std::filesystem::path& file) : name_(file), file_(file, std::ios::binary) {
+McapReader::McapReader(const std::filesystem::path& file, const McapLimits& limits)
+    : name_(file), limits_(limits), file_(file, std::ios::binary) {
   std::error_code problem;
   size_ = std::filesystem::file_size(file, problem);
   if (!file_ || problem) throw RecordingError("The recording '" + file.string() + "' cannot be read.");
@@ -73,9 +75,15 @@ std::string McapReader::with_name(const std::string& sentence) const {
   return sentence.starts_with(name) ? sentence : name + ": " + sentence;
 }
 
+void McapReader::refuse_size(const std::string& subject, std::uint64_t bytes) const {
+  throw RecordingError(subject + " has " + std::to_string(bytes >> 20U) + " MB; takt reads up to " +
+                       std::to_string(limits_.record_bytes >> 20U) + " MB");
+}
+
 std::string McapReader::record_at(std::uint64_t place, std::uint64_t length) {
   if (length > kLongest_bytes || place > size_ || length > size_ - place)
     throw RecordingError("'" + name_.string() + "' names a place that is not in it.");
+  if (length > limits_.record_bytes) refuse_size("a record", length);
   std::string bytes(length, '\0');
   file_.clear();
   file_.seekg(static_cast<std::streamoff>(place));
@@ -165,6 +173,12 @@ bool McapReader::read_summary() {
       has_chunks = true;
     }
   });
+  // One chunk named a million times would be read a million times.
+  std::vector<std::uint64_t> places;
+  for (const Chunk& chunk : chunks_) places.push_back(chunk.place);
+  std::sort(places.begin(), places.end());
+  if (std::adjacent_find(places.begin(), places.end()) != places.end())
+    throw RecordingError("'" + name_.string() + "' has a damaged index of its chunks.");
   const bool complete =
       has_chunks ? (!has_statistics || chunks_.size() == chunk_count) : (has_statistics && chunk_count == 0);
   if (complete) {
@@ -241,6 +255,7 @@ std::string McapReader::uncompressed(const Chunk& chunk) {
   const std::string compression(content.text());
   const std::string_view packed = content.raw(content.take<std::uint64_t>());
   if (size > kLongest_bytes) throw RecordingError("a chunk is damaged");
+  if (size > limits_.record_bytes) refuse_size("a chunk", size);
   std::string records = decompress(compression, packed, size);
   if (crc != 0 &&
       crc32(0, reinterpret_cast<const Bytef*>(records.data()), static_cast<uInt>(records.size())) != crc)
@@ -257,6 +272,7 @@ void McapReader::read(const std::function<bool(const McapMessage&)>& function, s
                       std::greater<>>
       open;  // time of the next message, which chunk
   std::size_t next_chunk = 0;
+  std::uint64_t loaded_bytes = 0;
   const auto load = [&](const Chunk& chunk) {
     auto added = std::make_unique<Loaded>();
     try {
@@ -281,6 +297,10 @@ void McapReader::read(const std::function<bool(const McapMessage&)>& function, s
     std::stable_sort(added->messages.begin(), added->messages.end(),
                      [](const auto& a, const auto& b) { return a.time_ns < b.time_ns; });
     if (added->messages.empty()) return;
+    loaded_bytes += added->size();
+    if (loaded_bytes > limits_.overlap_bytes)
+      throw RecordingError(with_name("its chunks overlap in time and hold more than " +
+                                     std::to_string(limits_.overlap_bytes >> 20U) + " MB together."));
     open.emplace(added->messages.front().time_ns, loaded.size());
     loaded.push_back(std::move(added));
   };
@@ -307,10 +327,12 @@ void McapReader::read(const std::function<bool(const McapMessage&)>& function, s
       message.channel = &channel->second;
       if (!function(message)) return;
     }
-    if (chunk.next < chunk.messages.size())
+    if (chunk.next < chunk.messages.size()) {
       open.emplace(chunk.messages[chunk.next].time_ns, which);
-    else
+    } else {
+      loaded_bytes -= chunk.size();
       loaded[which].reset();
+    }
   }
 }
 

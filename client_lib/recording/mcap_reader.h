@@ -32,12 +32,19 @@ struct McapMessage {
   std::string_view sample;  ///< until the function that got it returns
 };
 
+/// Sizes that are read: a few kB can claim gigabytes, and become them.
+struct McapLimits {
+  std::uint64_t record_bytes = std::uint64_t{256} << 20U;  ///< of a record, and of a chunk before compression
+  std::uint64_t overlap_bytes = std::uint64_t{512}
+                                << 20U;  ///< of chunks that overlap in time: in memory together
+};
+
 class McapReader {
  public:
   static constexpr std::uint64_t kEver = std::numeric_limits<std::uint64_t>::max();
 
   /// Reads the structure of the file. Throws RecordingError if the file is no recording or cannot be read.
-  explicit McapReader(const std::filesystem::path& file);
+  explicit McapReader(const std::filesystem::path& file, const McapLimits& limits = {});
 
   const std::filesystem::path& file() const { return name_; }
   const std::string& profile() const { return profile_; }
@@ -76,7 +83,10 @@ class McapReader {
   void note_chunk_contents(std::string_view records);
   void finish_channels();
 
+  [[noreturn]] void refuse_size(const std::string& subject, std::uint64_t bytes) const;
+
   std::filesystem::path name_;
+  McapLimits limits_;
   std::ifstream file_;
   std::uint64_t size_ = 0;
   std::string profile_, cut_off_;

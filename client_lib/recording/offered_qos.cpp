@@ -10,6 +10,8 @@
 namespace takt::recording {
 namespace {
 
+constexpr std::size_t kLongestProfiles_bytes = 1U << 16U;  ///< some hundred profiles
+
 /// One policy of a profile: the first of `names` (what rmw counts from 1), the second, or another word that
 /// rmw knows, which says nothing of the writer.
 bool is_first(const YAML::Node& policy, const std::array<std::string_view, 2>& names) {
@@ -50,6 +52,7 @@ std::string offered_qos_profiles(const OfferedQos& qos) {
 }
 
 std::optional<OfferedQos> read_offered_qos(const std::string& profiles) {
+  if (profiles.size() > kLongestProfiles_bytes) return std::nullopt;
   try {
     const YAML::Node list = YAML::Load(profiles);
     if (!list.IsSequence() || list.size() == 0) return std::nullopt;

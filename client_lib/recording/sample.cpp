@@ -10,16 +10,33 @@
 namespace takt::recording {
 namespace {
 
+constexpr int kDeepest = 64;
+/// A value takes a byte at least. The rest is for messages that hold one another and few values.
+constexpr std::size_t kValuesPerByte = 8, kFurtherValues = 1000;
+
 /// The types one is inside of: a schema of a damaged or foreign file may hold itself, without end.
 struct Inside {
   const MessageType* type;
   const Inside* outer;
+  int depth;
 };
 
-Json read_struct(const MessageTypes& types, const MessageType& type, cdr::Reader& reader,
-                 const Inside* outer);
+/// One sample. A schema of a few hundred bytes may describe 2^60 messages that take no byte.
+struct Reading {
+  const MessageTypes& types;
+  cdr::Reader reader;
+  std::size_t values_left;
 
-Json read_single(const MessageTypes& types, const Field& field, cdr::Reader& reader, const Inside& inside) {
+  void count_value() {
+    if (values_left-- == 0) throw RecordingError("A sample has more values than its bytes can hold.");
+  }
+};
+
+Json read_struct(Reading& sample, const MessageType& type, const Inside* outer);
+
+Json read_single(Reading& sample, const Field& field, const Inside& inside) {
+  cdr::Reader& reader = sample.reader;
+  sample.count_value();
   switch (field.kind) {
     case Kind::boolean:
       return reader.number<std::uint8_t>() != 0;
@@ -46,29 +63,31 @@ Json read_single(const MessageTypes& types, const Field& field, cdr::Reader& rea
     case Kind::string:
       return std::string(reader.text());
     case Kind::message:
-      return read_struct(types, types.at(field.message), reader, &inside);
+      return read_struct(sample, sample.types.at(field.message), &inside);
   }
   return {};
 }
 
-Json read_field(const MessageTypes& types, const Field& field, cdr::Reader& reader, const Inside& inside) {
-  if (!field.sequence && field.count == 0) return read_single(types, field, reader, inside);
-  const std::size_t count = field.sequence ? reader.number<std::uint32_t>() : field.count;
-  if (count > reader.left()) throw RecordingError("A sample ends before its last member.");
+Json read_field(Reading& sample, const Field& field, const Inside& inside) {
+  if (!field.sequence && field.count == 0) return read_single(sample, field, inside);
+  const std::size_t count = field.sequence ? sample.reader.number<std::uint32_t>() : field.count;
+  if (count > sample.reader.left()) throw RecordingError("A sample ends before its last member.");
   Json list = Json::array();
-  for (std::size_t i = 0; i < count; ++i) list.push_back(read_single(types, field, reader, inside));
+  for (std::size_t i = 0; i < count; ++i) list.push_back(read_single(sample, field, inside));
   return list;
 }
 
-Json read_struct(const MessageTypes& types, const MessageType& type, cdr::Reader& reader,
-                 const Inside* outer) {
+Json read_struct(Reading& sample, const MessageType& type, const Inside* outer) {
   for (const Inside* at = outer; at != nullptr; at = at->outer)
     if (at->type == &type) throw RecordingError("The message type '" + type.name + "' holds itself.");
-  const Inside inside{&type, outer};
+  const Inside inside{&type, outer, outer == nullptr ? 1 : outer->depth + 1};
+  if (inside.depth > kDeepest)
+    throw RecordingError("The message type '" + type.name + "' is nested deeper than " +
+                         std::to_string(kDeepest) + " types.");
   Json object = Json::object();
   for (const Field& field : type.fields) {
-    object[field.name] = read_field(types, field, reader, inside);
-    if (!reader.ok()) throw RecordingError("A sample ends before its last member.");
+    object[field.name] = read_field(sample, field, inside);
+    if (!sample.reader.ok()) throw RecordingError("A sample ends before its last member.");
   }
   return object;
 }
@@ -76,10 +95,10 @@ Json read_struct(const MessageTypes& types, const MessageType& type, cdr::Reader
 }  // namespace
 
 Json to_json(const MessageTypes& types, const std::string& type, std::string_view sample) {
-  cdr::Reader reader(sample);
-  if (!reader.ok() && sample.size() >= cdr::kEncapsulation_bytes)
+  Reading reading{types, cdr::Reader(sample), sample.size() * kValuesPerByte + kFurtherValues};
+  if (!reading.reader.ok() && sample.size() >= cdr::kEncapsulation_bytes)
     throw RecordingError("A sample has an encoding other than plain CDR.");
-  return read_struct(types, types.at(type), reader, nullptr);
+  return read_struct(reading, types.at(type), nullptr);
 }
 
 namespace {

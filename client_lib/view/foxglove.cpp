@@ -50,27 +50,6 @@ Value value_of(const json& from) {
   return value;
 }
 
-json json_of(const Value& value) {
-  switch (value.kind) {
-    case ValueKind::boolean:
-      return value.flag;
-    case ValueKind::integer:
-      return value.integer;
-    case ValueKind::number:
-      return value.number;
-    case ValueKind::numbers:
-      return value.numbers;
-    case ValueKind::texts:
-      return value.texts;
-    case ValueKind::document:
-      if (auto document = read_json(value.text)) return *std::move(document);
-      break;
-    case ValueKind::text:
-      break;
-  }
-  return value.text;
-}
-
 constexpr char kSampleOpcode = 1, kServiceResponseOpcode = 3, kServiceRequestOpcode = 2;
 
 }  // namespace
@@ -137,9 +116,9 @@ std::array<char, kSampleHead_bytes> sample_head(std::uint32_t subscription, std:
 }
 
 std::string service_response(std::uint32_t service, std::uint32_t call, const Answer& answer) {
-  json reply{
-      {"result", static_cast<int>(answer.result)}, {"message", answer.message}, {"values", json::object()}};
-  for (const auto& [name, value] : answer.values) reply["values"][name] = json_of(value);
+  const json reply{{"result", static_cast<int>(answer.result)},
+                   {"message", answer.message},
+                   {"values", recording::values_json(answer.values)}};
   constexpr std::string_view encoding = "json";
   std::string bytes(1, kServiceResponseOpcode);
   append(bytes, service);

@@ -34,11 +34,6 @@ void Stream::share(Slot& slot) {
   slot.shared = {slot.pushed, slot.pending_time_ns, std::make_shared<const std::string>(slot.pending)};
 }
 
-std::size_t Stream::channel_count() const {
-  const std::lock_guard lock(mutex_);
-  return slots_.size();
-}
-
 std::vector<Channel> Stream::channels_from(std::size_t first) const {
   const std::lock_guard lock(mutex_);
   std::vector<Channel> channels;

@@ -39,7 +39,6 @@ class Stream {
   /// Deletes the channel's samples, e.g. because a player went back in time.
   void clear(std::uint32_t channel);
 
-  std::size_t channel_count() const;
   /// Channels from the index `first` on. Channels are never removed.
   std::vector<Channel> channels_from(std::size_t first) const;
   /// Appends the samples after `number`, at most the newest one where not each counts.

@@ -1,6 +1,5 @@
 #include "plant_models/mechanics/screw_thread.h"
 
-#include <algorithm>
 #include <numbers>
 
 namespace takt {

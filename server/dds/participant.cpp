@@ -1,11 +1,14 @@
 #include "server/dds/participant.h"
 
+#include <cstdio>
 #include <memory>
 
 #include "idl/transport/fastdds/host_local_udp.h"
 #include "idl/transport/fastdds/identity_fault.h"
+#include "idl/transport/fastdds/local_authority.h"
 #include "idl/transport/fastdds/profiles.h"
 #include "idl/transport/fastdds/security.h"
+#include "idl/transport/fastdds/shared_memory_room.h"
 
 namespace takt {
 namespace {
@@ -16,19 +19,24 @@ constexpr std::uint32_t kSharedMemorySegment_bytes = 8U << 20U;
 dds::DomainParticipantQos this_machine_only() {
   dds::DomainParticipantQos qos;
   qos.transport().use_builtin_transports = false;
-  const auto shared_memory = std::make_shared<transports::SharedMemTransportDescriptor>();
-  shared_memory->segment_size(kSharedMemorySegment_bytes);
   const auto udp = std::make_shared<ThisMachineUdp>();
   udp->sendBufferSize = 1U << 20U;
   udp->receiveBufferSize = 1U << 20U;
-  qos.transport().user_transports = {shared_memory, udp};
+  if (shared_memory_has_room(kSharedMemorySegment_bytes)) {
+    const auto shared_memory = std::make_shared<transports::SharedMemTransportDescriptor>();
+    shared_memory->segment_size(kSharedMemorySegment_bytes);
+    qos.transport().user_transports.push_back(shared_memory);
+  } else {
+    std::fputs("takt-server: note: /dev/shm is full; clients are served over UDP alone.\n", stderr);
+  }
+  qos.transport().user_transports.push_back(udp);
   // Time after which other participants drop one that died without a farewell.
   qos.wire_protocol().builtin.discovery_config.leaseDuration = DdsDuration(5, 0);
   qos.wire_protocol().builtin.discovery_config.leaseDuration_announcementperiod = DdsDuration(1, 0);
   return qos;
 }
 
-dds::DomainParticipantQos participant_qos(const ParticipantOptions& options) {
+dds::DomainParticipantQos participant_qos(const ParticipantOptions& options, std::string& secure_directory) {
   dds::DomainParticipantQos qos;
   if (options.profiles_file.empty()) {
     qos = this_machine_only();
@@ -45,7 +53,8 @@ dds::DomainParticipantQos participant_qos(const ParticipantOptions& options) {
   }
   qos.name(options.name);
   try {
-    if (!options.secure_directory.empty()) secure(qos, options.secure_directory);
+    secure_directory = security_directory(options.secure_directory, "server");
+    if (!secure_directory.empty()) secure(qos, secure_directory);
   } catch (const SecurityError& error) {
     throw DdsError(error.what());
   }
@@ -58,22 +67,26 @@ Participant::Participant(const ParticipantOptions& options, DiscoveryListener& l
   if (options.domain > 232) {
     throw DdsError("DDS domain " + std::to_string(options.domain) + " does not exist; allowed are 0 to 232.");
   }
-  dds::DomainParticipantQos qos = participant_qos(options);
+  std::string secure_directory;
+  dds::DomainParticipantQos qos = participant_qos(options, secure_directory);
   if (options.prepare) options.prepare(qos);
   if (options.guard) {
     // Requests and trajectories come in fragments when they are long, but not beyond the guard's 1 MiB.
-    guard_ = guard_transports(qos, options.domain, !options.secure_directory.empty());
+    guard_ = guard_transports(qos, options.domain, !secure_directory.empty());
     guard_->follow(listener);
   }
   // The participant's listener hears of discovery only; the data goes to the listeners of the readers.
   participant_ = dds::DomainParticipantFactory::get_instance()->create_participant(
       options.domain, qos, &listener, dds::StatusMask::none());
-  if (participant_ == nullptr && !options.secure_directory.empty())
-    throw DdsError(refused_identity(options.secure_directory, options.domain));
+  if (participant_ == nullptr && !secure_directory.empty())
+    throw DdsError(refused_identity(secure_directory, options.domain));
   if (participant_ == nullptr) {
     throw DdsError("DDS refused a participant on domain " + std::to_string(options.domain) +
                    ": another one may occupy its ports, or no network interface allows it.");
   }
+  if (!reserve_shared_memory())
+    std::fputs("takt-server: note: /dev/shm has become full; the server may end when it writes there.\n",
+               stderr);
   publisher_ = participant_->create_publisher(dds::PUBLISHER_QOS_DEFAULT);
   subscriber_ = participant_->create_subscriber(dds::SUBSCRIBER_QOS_DEFAULT);
   if (publisher_ == nullptr || subscriber_ == nullptr) {

@@ -4,6 +4,7 @@
 
 #include "idl/common/stamp.h"
 #include "idl/common/utf8.h"
+#include "idl/transport/rtps_guard/packet_cork.h"
 #include "server/messages/description_message.h"
 #include "server/messages/status_messages.h"
 #include "server/runtime/monotonic_clock.h"
@@ -81,6 +82,7 @@ void StatePublisher::describe(const CellDescription& cell) {
 
 void StatePublisher::write() {
   const std::lock_guard lock(mutex_);
+  const PacketCork cork;
   write_news(true);
   if (publisher_) {
     publisher_->repeat_if_due();
@@ -107,6 +109,7 @@ void StatePublisher::finish() {
 
 void StatePublisher::write_instant() {
   const std::lock_guard lock(mutex_);
+  const PacketCork cork;
   write_events();
   write_newest();
 }

@@ -1,7 +1,6 @@
 #include "server/devices/furnace.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "plant_models/state_bytes.h"
 #include "server/devices/heated_part.h"

@@ -16,7 +16,9 @@ struct YamlSource {
   std::map<std::string, std::string> overridden{};  ///< dotted keys, and the option that replaced each
 };
 
-/// The whole file. Throws ScenarioError.
+/// A text with at most a million values. Throws YAML::ParserException.
+YAML::Node parse_yaml(const std::string& text);
+/// The whole file, up to 16 MB. Throws ScenarioError.
 YAML::Node load_yaml(const std::filesystem::path& file);
 
 struct FieldValue {

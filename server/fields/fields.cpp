@@ -3,7 +3,6 @@
 #include <cmath>
 #include <cstring>
 #include <numbers>
-#include <sstream>
 
 namespace takt {
 

@@ -1,21 +1,71 @@
 #include "server/fields/rules.h"
 
+#include <yaml-cpp/eventhandler.h>
+
 #include <charconv>
 #include <cmath>
 #include <sstream>
+
+#include "idl/common/bounded_file.h"
 
 namespace takt {
 
 using Kind = KeyInfo::Kind;
 
+namespace {
+
+constexpr std::size_t kLargestScenario_MB = 16;
+constexpr std::size_t kMaxValues = 1'000'000;  ///< a cell of 4096 Parts has some 100 000
+
+/// Counts the values of a document while it is parsed, without a tree of them, which takes hundreds of bytes for each.
+class ValueCount : public YAML::EventHandler {
+ public:
+  void OnDocumentStart(const YAML::Mark&) override {}
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark& mark, YAML::anchor_t) override { count(mark); }
+  void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override { count(mark); }
+  void OnScalar(const YAML::Mark& mark, const std::string&, YAML::anchor_t, const std::string&) override {
+    count(mark);
+  }
+  void OnSequenceStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
+                       YAML::EmitterStyle::value) override {
+    count(mark);
+  }
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
+                  YAML::EmitterStyle::value) override {
+    count(mark);
+  }
+  void OnMapEnd() override {}
+
+ private:
+  void count(const YAML::Mark& mark) {
+    if (++values_ > kMaxValues)
+      throw YAML::ParserException(mark, "more than " + std::to_string(kMaxValues) + " values");
+  }
+
+  std::size_t values_ = 0;
+};
+
+}  // namespace
+
+YAML::Node parse_yaml(const std::string& text) {
+  std::istringstream stream(text);
+  YAML::Parser parser(stream);
+  ValueCount count;
+  parser.HandleNextDocument(count);
+  return YAML::Load(text);
+}
+
 YAML::Node load_yaml(const std::filesystem::path& file) {
   std::error_code unknown;
   if (std::filesystem::is_directory(file, unknown))
     throw ScenarioError(file.string() + ": a directory; a scenario is a file, NAME.yaml");
+  const FileText read = read_bounded_file(file, kLargestScenario_MB);
+  if (!read.problem.empty())
+    throw ScenarioError(file.string() + ": the scenario file cannot be opened: " + read.problem);
   try {
-    return YAML::LoadFile(file.string());
-  } catch (const YAML::BadFile&) {
-    throw ScenarioError(file.string() + ": the scenario file cannot be opened");
+    return parse_yaml(read.text);
   } catch (const YAML::ParserException& error) {
     throw ScenarioError(file.string() + ":" + std::to_string(error.mark.line + 1) + ":" +
                         std::to_string(error.mark.column + 1) + ": not valid YAML: " + error.msg);

@@ -108,14 +108,14 @@ class Comparer {
   /// The same Parts go through the same hands in the same order.
   void compare_holders() {
     std::map<std::string, std::array<std::vector<const Json*>, 2>> changes;
-    for (const Json& change : a_["connection_changes"])
-      if (change["time"].get<double>() > 0.0) changes[change["part"]][0].push_back(&change);
-    for (const Json& change : b_["connection_changes"])
-      if (change["time"].get<double>() > 0.0) changes[change["part"]][1].push_back(&change);
-    const auto listed = [](const std::vector<const Json*>& list) {
-      const std::string text = join(list, ", ", [](const Json* change) {
-        return (*change)["to"].is_null() ? std::string("nothing") : (*change)["to"].get<std::string>();
-      });
+    for (const auto& [side, report] : {std::pair{0U, &a_}, std::pair{1U, &b_}})
+      for (const Json& change : (*report)["connection_changes"])
+        if (change["time"].get<double>() > 0.0) changes[change["part"]][side].push_back(&change);
+    const auto holder = [](const Json* change) {
+      return (*change)["to"].is_null() ? std::string("nothing") : (*change)["to"].get<std::string>();
+    };
+    const auto listed = [&](const std::vector<const Json*>& list) {
+      const std::string text = join(list, ", ", holder);
       return text.empty() ? std::string("no change") : text;
     };
     for (const auto& [part, lists] : changes) {
@@ -126,10 +126,8 @@ class Comparer {
         continue;
       }
       for (std::size_t i = 0; i < lists[0].size(); ++i)
-        add(part + " held by " +
-                ((*lists[0][i])["to"].is_null() ? std::string("nothing")
-                                                : (*lists[0][i])["to"].get<std::string>()),
-            "s", (*lists[0][i])["time"].get<double>(), (*lists[1][i])["time"].get<double>(), limits_.time_s);
+        add(part + " held by " + holder(lists[0][i]), "s", (*lists[0][i])["time"].get<double>(),
+            (*lists[1][i])["time"].get<double>(), limits_.time_s);
     }
   }
 

@@ -33,30 +33,6 @@ RunTimes RunTimer::now() const {
 }
 
 namespace {
-/// Largest normal force of each pair during the run.
-class ContactExtremes {
- public:
-  void note(const Simulation& simulation) {
-    simulation.read_contacts(samples_);
-    for (const ContactSample& sample : samples_) {
-      ContactExtreme& most = extremes_[{sample.base, sample.target}];
-      most.torque_N_m.note(sample.F_base_W.t.norm(), simulation.time_s());
-      if (most.sample.result.normal_force_N >= sample.result.normal_force_N) continue;
-      most.time_s = simulation.time_s();
-      most.sample = sample;
-    }
-  }
-  std::vector<ContactExtreme> take() const {
-    std::vector<ContactExtreme> all;
-    for (const auto& [pair, most] : extremes_) all.push_back(most);
-    return all;
-  }
-
- private:
-  std::vector<ContactSample> samples_;
-  std::map<std::pair<int, int>, ContactExtreme> extremes_;
-};
-
 void note_grips(const Simulation& simulation, std::vector<GripExtreme>& grips) {
   for (std::size_t g = 0; g < simulation.model().grippers.size(); ++g) {
     const GripLoad& load = simulation.grip_load(g);
@@ -89,7 +65,8 @@ HeadlessResult run_headless(Simulation& simulation, const Scenario& scenario, co
       }
     }
   };
-  ContactExtremes extremes;
+  std::vector<ContactSample> pressing;
+  std::map<std::pair<int, int>, ContactExtreme> extremes;
   std::optional<RunMetricsRecorder> recorder;
   if (options.run_metrics) recorder.emplace(simulation, scenario.csv_period_s);
   const auto gather = [&] {
@@ -134,7 +111,11 @@ HeadlessResult run_headless(Simulation& simulation, const Scenario& scenario, co
       for (const AlternatingForce& force : simulation.events().alternating_forces)
         result.alternating_forces.push_back(force);
       note_grips(simulation, result.grips);
-      if (options.contact_extremes && !recorder) extremes.note(simulation);
+      if (options.contact_extremes && !recorder) {
+        simulation.read_contacts(pressing);
+        for (const ContactSample& sample : pressing)
+          extremes[{sample.base, sample.target}].note(sample, simulation.time_s());
+      }
       gather();
       if (observer) observer(simulation);
       if (demands) demands->note(simulation);
@@ -154,7 +135,8 @@ HeadlessResult run_headless(Simulation& simulation, const Scenario& scenario, co
   result.statistics = simulation.statistics();
   result.surface_contact = result.final_state.contacts.acting;
   result.contact_counts = simulation.contact_counts();
-  result.contact_extremes = result.run_metrics ? result.run_metrics->contacts : extremes.take();
+  if (result.run_metrics) result.contact_extremes = result.run_metrics->contacts;
+  for (const auto& [pair, most] : extremes) result.contact_extremes.push_back(most);
   return result;
 }
 

@@ -2,7 +2,6 @@
 // One scenario from start to end in one process: simulation, controller program, records for report and CSV.
 #include <filesystem>
 #include <functional>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>

@@ -1,7 +1,6 @@
 #include "server/headless/html_report.h"
 
 #include <algorithm>
-#include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
 

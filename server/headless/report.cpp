@@ -1,7 +1,6 @@
 #include "server/headless/report.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <iomanip>
 #include <nlohmann/json.hpp>
 
@@ -199,25 +198,6 @@ void add_contact_extremes(Json& contacts, const InstantJson& instants, const Hea
                        {"elements", result.contact_counts.elements}};
 }
 
-}  // namespace
-
-double max_position_error_m(const Scenario& scenario, const CellDescription& cell, const Snapshot& state) {
-  double largest = 0.0;
-  for (const ExpectedPose& expected : scenario.expected) {
-    const auto id = static_cast<std::size_t>(cell.find_component(expected.part));
-    largest = std::max(largest, pose_error(state.components[id], expected.X_WB).position_m);
-  }
-  return largest;
-}
-
-std::string_view verdict(const HeadlessResult& result) {
-  if (!result.fault.empty()) return "fault";
-  for (const AssertionResult& demand : result.assertions)
-    if (demand.verdict == AssertionResult::Verdict::failed) return "failed";
-  return "passed";
-}
-
-namespace {
 Json report_document(const Scenario& scenario, const CellDescription& cell, const RunInfo& info,
                      const HeadlessResult& result) {
   const double simulated_s = result.final_state.time_s;
@@ -271,7 +251,24 @@ Json report_document(const Scenario& scenario, const CellDescription& cell, cons
   report["solver"]["work"] = solver_json(result.statistics.solver);
   return report;
 }
+
 }  // namespace
+
+double max_position_error_m(const Scenario& scenario, const CellDescription& cell, const Snapshot& state) {
+  double largest = 0.0;
+  for (const ExpectedPose& expected : scenario.expected) {
+    const auto id = static_cast<std::size_t>(cell.find_component(expected.part));
+    largest = std::max(largest, pose_error(state.components[id], expected.X_WB).position_m);
+  }
+  return largest;
+}
+
+std::string_view verdict(const HeadlessResult& result) {
+  if (!result.fault.empty()) return "fault";
+  for (const AssertionResult& demand : result.assertions)
+    if (demand.verdict == AssertionResult::Verdict::failed) return "failed";
+  return "passed";
+}
 
 std::string report_json(const Scenario& scenario, const CellDescription& cell, const RunInfo& info,
                         const HeadlessResult& result) {

@@ -78,12 +78,7 @@ void RunMetricsRecorder::note_extremes() {
   }
   for (const ContactSample& sample : snapshot_.contacts.pressing()) {
     if (settles(pressed_from_start_, {sample.base, sample.target})) continue;
-    ContactExtreme& most = contacts_[{sample.base, sample.target}];
-    if (most.sample.result.normal_force_N < sample.result.normal_force_N) {
-      most.time_s = t;
-      most.sample = sample;
-    }
-    most.torque_N_m.note(sample.F_base_W.t.norm(), t);
+    contacts_[{sample.base, sample.target}].note(sample, t);
   }
   for (std::size_t c = 0; c < snapshot_.components.size(); ++c) {
     const ComponentSample& sample = snapshot_.components[c];

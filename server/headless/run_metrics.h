@@ -1,7 +1,6 @@
 #pragma once
 // Metrics of a run: durations and energy of its steps, the largest loads with their times, and curves of
 // power, torques, forces and devices. Gathered during the run.
-#include <array>
 #include <map>
 #include <set>
 #include <string>
@@ -39,6 +38,10 @@ struct ContactExtreme {
   double time_s = 0.0;
   ContactSample sample;
   Peak torque_N_m;  ///< on the base, about the centre of pressure
+  void note(const ContactSample& candidate, double at_s) {
+    torque_N_m.note(candidate.F_base_W.t.norm(), at_s);
+    if (sample.result.normal_force_N < candidate.result.normal_force_N) time_s = at_s, sample = candidate;
+  }
 };
 
 /// Largest force with which a component held a Part by substitute force or contact.

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <set>
 
 #include "server/fields/field_value.h"
 #include "server/scenario/scenario_writer.h"

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <ostream>
-#include <utility>
 
 #include "idl/common/parse.h"
 #include "idl/common/text.h"

@@ -1,13 +1,11 @@
-#include "server/scenario/collision_checking.h"
-
 #include <algorithm>
 #include <cstdlib>
-#include <optional>
 #include <span>
 
 #include "idl/common/glob.h"
 #include "idl/common/text.h"
 #include "server/geometry/mesh/import.h"
+#include "server/scenario/cell_builders.h"
 #include "server/scenario/scenario_reader.h"
 #include "server/scenario/urdf_collision.h"
 

@@ -1,5 +1,3 @@
-#include "server/scenario/contact_builder.h"
-
 #include <algorithm>
 #include <stdexcept>
 
@@ -7,7 +5,7 @@
 #include "idl/common/text.h"
 #include "server/contact/surface/contact_roles.h"
 #include "server/devices/heated_part.h"
-#include "server/scenario/collision_checking.h"
+#include "server/scenario/cell_builders.h"
 #include "server/scenario/scenario_reader.h"
 
 namespace takt {

@@ -2,7 +2,6 @@
 // Pairs in surface contact by name, as people and clients call them.
 #include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "server/contact/surface/contact_model.h"

@@ -1,6 +1,5 @@
 #include "server/scenario/convex_import.h"
 
-#include <cmath>
 #include <sstream>
 #include <stdexcept>
 

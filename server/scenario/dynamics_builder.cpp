@@ -1,11 +1,8 @@
-#include "server/scenario/dynamics_builder.h"
-
 #include <algorithm>
-#include <cmath>
-#include <functional>
 
 #include "plant_models/robot/trajectory.h"
 #include "server/geometry/mesh/import.h"
+#include "server/scenario/cell_builders.h"
 #include "server/scenario/scenario_reader.h"
 
 namespace takt {

@@ -1,9 +1,8 @@
-#include "server/scenario/mesh_diagnostics.h"
-
 #include <utility>
 #include <vector>
 
 #include "server/geometry/mesh/import.h"
+#include "server/scenario/cell_builders.h"
 
 namespace takt {
 

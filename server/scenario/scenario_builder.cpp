@@ -1,16 +1,10 @@
 #include "server/scenario/scenario_builder.h"
 
 #include <algorithm>
-#include <limits>
 #include <utility>
 
-#include "server/scenario/collision_checking.h"
-#include "server/scenario/contact_builder.h"
+#include "server/scenario/cell_builders.h"
 #include "server/scenario/convex_import.h"
-#include "server/scenario/dynamics_builder.h"
-#include "server/scenario/mesh_diagnostics.h"
-#include "server/scenario/start_overlap.h"
-#include "server/scenario/urdf_arm.h"
 #include "server/scenario/world_bounds.h"
 #include "server/simulation/step/step_limit.h"
 

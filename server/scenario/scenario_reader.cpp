@@ -41,7 +41,7 @@ void apply_override(YAML::Node& root, const std::string& text, const ScenarioOpt
   const std::string key = text.substr(0, equals);
   YAML::Node value;
   try {
-    value = YAML::Load(text.substr(equals + 1));
+    value = parse_yaml(text.substr(equals + 1));
   } catch (const YAML::Exception& error) {
     throw ScenarioError("--set " + text + ": the value is not valid YAML: " + error.msg);
   }

@@ -1,5 +1,3 @@
-#include "server/scenario/start_overlap.h"
-
 #include <algorithm>
 #include <map>
 #include <memory>
@@ -8,6 +6,7 @@
 #include "idl/common/glob.h"
 #include "server/geometry/mesh/diagnostic.h"
 #include "server/geometry/mesh/solid_overlap.h"
+#include "server/scenario/cell_builders.h"
 
 namespace takt {
 

@@ -6,14 +6,14 @@
 #include <array>
 #include <cctype>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <locale>
 #include <map>
 #include <sstream>
 #include <string_view>
 #include <system_error>
+#include <utility>
 
+#include "idl/common/bounded_file.h"
 #include "idl/common/parse.h"
 #include "idl/common/text.h"
 #include "idl/common/utf8.h"
@@ -26,6 +26,8 @@ using tinyxml2::XMLElement;
 
 constexpr std::array<const char*, 6> kJointTypes{"fixed",     "revolute", "continuous",
                                                  "prismatic", "floating", "planar"};
+
+constexpr std::size_t kLargestUrdf_MB = 16;
 
 class Reader {
  public:
@@ -72,9 +74,9 @@ class Reader {
   void read_text() {
     std::error_code error;
     if (!std::filesystem::is_regular_file(robot_.file, error)) robot_.fail(0, "there is no such file");
-    std::ifstream in(robot_.file, std::ios::binary);
-    robot_.text.assign(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>());
-    if (in.bad() || !in.is_open()) robot_.fail(0, "the file cannot be read");
+    FileText read = read_bounded_file(robot_.file, kLargestUrdf_MB);
+    if (!read.problem.empty()) robot_.fail(0, read.problem);
+    robot_.text = std::move(read.text);
     const std::string_view text = robot_.text;
     const std::size_t end = std::min(find_invalid_utf8(text), text.find('\0'));
     if (end < text.size())

@@ -105,6 +105,10 @@ class HookTransport final : public ChainedTransport {
   }
 
  private:
+  bool sending(std::span<const std::uint8_t>, rtps::SenderResource&, rtps::LocatorsIterator& begin,
+               rtps::LocatorsIterator& end, const Pass& pass) override {
+    return pass(begin, end);
+  }
   std::shared_ptr<PacketHook> hook_;
 };
 

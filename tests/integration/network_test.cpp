@@ -244,6 +244,21 @@ TEST_F(Secured, AnObserverReadsAndDoesNotWrite) {
   EXPECT_NE(takt(as(identities_ / "observer"), "status").text.find("paused"), std::string::npos);
 }
 
+TEST_F(Programs, OneWordSecuresTheCellOfAUser) {
+  ASSERT_EQ(setenv("TAKT_STATE_DIR", (directory_ / "state").c_str(), 1), 0);
+  serve({"--secure", "auto"});
+  const Outcome status = takt({"--secure", "auto"}, "status");
+  EXPECT_EQ(status.code, 0) << status.text;
+  const Outcome pause = takt({"--secure", "auto"}, "pause");
+  EXPECT_EQ(pause.code, 0) << pause.text;
+  EXPECT_NE(takt({"--secure", "auto:observer"}, "pause", "5").code, 0);
+  EXPECT_NE(takt({}, "status", "5").code, 0) << "without an identity";
+  // Of another user.
+  ASSERT_EQ(setenv("TAKT_STATE_DIR", (directory_ / "other").c_str(), 1), 0);
+  EXPECT_NE(takt({"--secure", "auto"}, "status", "5").code, 0);
+  unsetenv("TAKT_STATE_DIR");
+}
+
 TEST_F(Programs, ASecurityDirectoryThatLacksAFileIsNamed) {
   const auto identities = make_identities(directory_.path() / "identities", {"--role", "server"});
   std::filesystem::remove(identities / "server" / "permissions.p7s");

@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include "tests/support/temporary_directory.h"
 
@@ -63,10 +64,56 @@ TEST(AllowedFiles, OverridesNameNoFilesElsewhere) {
   EXPECT_THAT(confine(action, files.path()), HasSubstr("parts.C.mesh=/etc/passwd"));
   action = load("cell.yaml", {"parts.C.mesh=../C.obj"});
   EXPECT_NE(confine(action, files.path()), "");
+  action = load("cell.yaml", {R"(parts.C.mesh="\x2fetc\x2fpasswd")"});
+  EXPECT_THAT(confine(action, files.path()), HasSubstr("names a file in another directory"));
+  action = load("cell.yaml", {R"(parts.C={mesh: "\u002e.\u002fC.obj"})"});
+  EXPECT_THAT(confine(action, files.path()), HasSubstr("names a file in another directory"));
+  action = load("cell.yaml", {"parts.C.mesh=[unfinished"});
+  EXPECT_EQ(confine(action, files.path()), "");  // no file is read: the value is refused when it is applied
   action = load("cell.yaml", {"solver.step_s=0.002"});
   EXPECT_EQ(confine(action, files.path()), "");
   action = requests::UnloadScenario{};
   EXPECT_EQ(confine(action, files.path()), "");
+}
+
+TEST(AllowedFiles, OverridesFollowNoLinksOutOfTheDirectory) {
+  const test::TemporaryDirectory files, others;
+  others.write("secret.obj", "x");
+  files.write("C.obj", "x");
+  std::filesystem::create_symlink(others / "secret.obj", files / "link.obj");
+  std::filesystem::create_symlink(files / "C.obj", files / "inside.obj");
+  requests::Any action = load("cell.yaml", {"parts.C.mesh=link.obj"});
+  EXPECT_THAT(confine(action, files.path()), HasSubstr("names a file in another directory"));
+  action = load("cell.yaml", {"parts={C: {mesh: link.obj}}"});
+  EXPECT_THAT(confine(action, files.path()), HasSubstr("names a file in another directory"));
+  for (const char* name : {"inside.obj", "C.obj", "none.obj"}) {
+    action = load("cell.yaml", {"parts.C.mesh=" + std::string(name)});
+    EXPECT_EQ(confine(action, files.path()), "") << name;
+  }
+}
+
+TEST(AllowedFiles, AliasesOfAliasesInAnOverrideAreRefused) {
+  const test::TemporaryDirectory files;
+  std::string laughs = "x={a0: &a0 [x, x]";
+  for (int i = 1; i < 60; ++i) {
+    const std::string last = "*a" + std::to_string(i - 1);
+    laughs += ", a" + std::to_string(i) + ": &a" + std::to_string(i) + " [" + last + ", " + last + "]";
+  }
+  requests::Any action = load("cell.yaml", {laughs + "}"});
+  EXPECT_NE(confine(action, files.path()), "");
+}
+
+TEST(AllowedFiles, PipesAndDevicesAreRefused) {
+  const test::TemporaryDirectory files;
+  ASSERT_EQ(::mkfifo((files / "pipe.yaml").c_str(), 0600), 0);
+  for (const std::filesystem::path& directory : {files.path(), std::filesystem::path()}) {
+    requests::Any action = load(files / "pipe.yaml");
+    EXPECT_THAT(confine(action, directory), HasSubstr("is no regular file"));
+    action = spawn(files / "pipe.yaml");
+    EXPECT_THAT(confine(action, directory), HasSubstr("is no regular file"));
+  }
+  requests::Any action = load("/dev/zero");
+  EXPECT_THAT(confine(action, ""), HasSubstr("is no regular file"));
 }
 
 }  // namespace

@@ -114,6 +114,25 @@ TEST_F(CommandBufferTest, FutureStampsAreOrderedAmongThemselves) {
   EXPECT_EQ(rejection->code, RejectionCode::stale);
 }
 
+TEST_F(CommandBufferTest, AStampFarAheadIsOutvotedByTwoThatFollow) {
+  buffer_.set_present(SimTime::from_seconds(3.0));
+  EXPECT_FALSE(buffer_.append(joints(0, 3.1), 1, 0));
+  EXPECT_FALSE(buffer_.append(joints(0, 5000.0), 1, 0)) << "forged, or a foreign clock";
+  EXPECT_TRUE(buffer_.append(joints(0, 3.2), 1, 0)) << "a single one may be late";
+  EXPECT_FALSE(buffer_.append(joints(0, 3.3), 1, 0));
+  EXPECT_FALSE(buffer_.append(joints(0, 3.4), 1, 0));
+  EXPECT_TRUE(buffer_.append(joints(0, 3.35), 1, 0)) << "from here on in order again";
+}
+
+TEST_F(CommandBufferTest, StampsThatGoBackDoNotOutvoteOneAhead) {
+  buffer_.set_present(SimTime::from_seconds(3.0));
+  EXPECT_FALSE(buffer_.append(joints(0, 5.0), 1, 0));
+  EXPECT_TRUE(buffer_.append(joints(0, 4.5), 1, 0));
+  EXPECT_TRUE(buffer_.append(joints(0, 4.4), 1, 0));
+  EXPECT_FALSE(buffer_.append(joints(0, 5.1), 1, 0));
+  EXPECT_TRUE(buffer_.append(joints(0, 4.6), 1, 0)) << "the first of a new series";
+}
+
 TEST_F(CommandBufferTest, AnotherSenderStartsItsOwnOrder) {
   buffer_.set_present(SimTime::from_seconds(9.0));
   EXPECT_FALSE(buffer_.append(joints(0, 8.0), 1, 0));

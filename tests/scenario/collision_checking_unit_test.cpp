@@ -1,5 +1,5 @@
 // The section `collision_checking` of a scenario: checked pairs, their limits, and errors for mistakes.
-#include "server/scenario/collision_checking.h"
+#include "server/scenario/cell_builders.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "plant_models/mechanics/rigid_body.h"
-#include "server/simulation/solver/rk2_integrator.h"
+#include "server/simulation/solver/explicit_integrators.h"
 #include "tests/support/box_cell.h"
 #include "tests/support/constants.h"
 

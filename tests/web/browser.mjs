@@ -1,8 +1,21 @@
 // Debian's Chromium for a test; the test is skipped where it or the page is not there.
 import {existsSync} from 'node:fs';
-import {chromium} from 'playwright-core';
+import {chromium as stock} from 'playwright-core';
 
-export {chromium};
+// On a loaded machine a page may take its time: navigations and clicks wait as long as conditions do.
+const PATIENCE_MS = 300000;
+const patient = (browser) => {
+  for (const name of ['newPage', 'newContext']) {
+    const make = browser[name].bind(browser);
+    browser[name] = async (options) => {
+      const made = await make(options);
+      made.setDefaultTimeout(PATIENCE_MS);
+      return made;
+    };
+  }
+  return browser;
+};
+export const chromium = {launch: async (options) => patient(await stock.launch(options))};
 
 // Opens the page of takt view once it shows a cell: the page, and short words for what tests do with it. What it says of
 // errors is kept in `problems`.
@@ -11,7 +24,7 @@ export async function visit(browser, url, viewport = {width: 900, height: 560}) 
   const problems = [];
   page.on('pageerror', (error) => problems.push(error.message));
   page.on('console', (message) => { if (message.type() === 'error' && !message.text().includes('WebSocket')) problems.push(message.text()); });
-  const until = (condition, argument) => page.waitForFunction(condition, argument, {timeout: 300000, polling: 50});
+  const until = (condition, argument) => page.waitForFunction(condition, argument, {timeout: PATIENCE_MS, polling: 50});
   const ask = (what, argument) => page.evaluate(what, argument);
   await page.goto(url);
   await until(() => takt.last.state && takt.last.status && takt.cell.frames > 0);

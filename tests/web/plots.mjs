@@ -2,9 +2,9 @@
 // other clients get over DDS, and go on after a reset.
 import {strict as assert} from 'node:assert';
 import {execFileSync} from 'node:child_process';
-import {existsSync, statSync} from 'node:fs';
+import {existsSync, statSync, writeFileSync} from 'node:fs';
 import {chromium, executable, visit} from './browser.mjs';
-import {program, server, sources, start, stop, takt, view} from './processes.mjs';
+import {server, sources, start, stop, takt, view} from './processes.mjs';
 
 const browser = await chromium.launch(executable());
 const begun = Date.now();
@@ -50,6 +50,17 @@ function compare(name, plot, samples) {
   for (const time of common) assert.equal(plot.y[plot.x.indexOf(time)], reported.get(time), `${name} at ${time} s`);
   assert.ok(common.length > 20, `${name}: ${common.length} common times of ${samples.length}`);
 }
+// The arm moves and leaves the parts alone: P stands on the table whenever the cell is paused.
+const program = 'move.lua';
+writeFileSync(program, `
+routine("Robot1", function(r)
+  local low, high = pose{x = -0.30, y = 0.10, z = 1.00, roll = math.pi}, pose{x = -0.10, y = 0.00, z = 1.10, roll = math.pi}
+  while true do
+    r:move_to(low)
+    r:move_to(high)
+  end
+end)
+`);
 stage('power, contact force, torque');
 const running = await server('--paused', '--lod', '3', '--set', 'solver.method=implicit');
 const {child: bridge, url} = await view();
@@ -94,9 +105,36 @@ assert.ok(Math.abs(plots[contact].y.at(-1) - 0.3 * 9.80665) < 0.02, `${plots[con
 assert.ok(Math.max(...plots[torque].y) - Math.min(...plots[torque].y) > 1, 'the torque of a moving arm changes');
 assert.ok(Math.min(...plots[electrical].y) > 50);
 
+stage('a pair that presses no longer');
+// Its plot goes on without a number, and with numbers again when the part is back. A cell that stands is shown as it was
+// changed.
+await stop(controller);
+const [x, y, z] = ['x', 'y', 'z'].map((axis) => String(state.components.P.position[axis]));
+const numbers = plots[contact].y.length, before = plots[torque].y.length;
+takt('move', 'P', '--at', x, y, '1.5', '--velocity', '0', '0', '0');
+await page.click('#step');
+await until((name) => takt.plots.plots.find((plot) => plot.name === name).y.at(-1) === null, contact);
+takt('step', '20');
+const lifted = takt('state');
+await until(([wanted, time]) => wanted.every((name) => takt.plots.plots.some((plot) => plot.name === name && plot.x.at(-1) === time)), [[contact, torque], lifted.time]);
+await drawn(ask);
+const gap = await read(ask, contact);
+assert.equal(gap.newest, 'none');
+assert.deepEqual(gap.chart, [gap.x, gap.y]);
+assert.ok(gap.y.slice(0, numbers - 1).every((value) => value !== null));
+assert.ok((await read(ask, torque)).y.slice(before).every((value) => value !== null));
+takt('move', 'P', '--at', x, y, z, '--velocity', '0', '0', '0');
+takt('step', '100');
+const stands = takt('state');
+await until(([name, time]) => takt.plots.plots.find((plot) => plot.name === name).x.at(-1) === time, [contact, stands.time]);
+await drawn(ask);
+const again = await read(ask, contact);
+assertDrawn(contact, again);
+assert.ok(again.y.includes(null));
+assert.equal(again.y.at(-1), takt('contacts').contacts.find((one) => one.base === 'P' && one.target === 'Table1').normal_force);
+
 stage('reset');
 // After a reset all plots start at time zero, whether or not their topic has an epoch.
-await stop(controller);
 await page.click('#reset');
 await until(() => takt.last.state.epoch === 1 && takt.last.state.time === 0);
 await page.click('#play');

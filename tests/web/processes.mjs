@@ -18,13 +18,17 @@ function freeDomain() {
 process.env.TAKT_DOMAIN = String(freeDomain());
 process.env.TAKT_CELL = 'web_test';
 
-const running = new Set();
-process.on('exit', () => { for (const child of running) if (child.pid) child.kill('SIGKILL'); });
+const running = new Set(), started = [];
+process.on('exit', (code) => {
+  for (const child of running) if (child.pid) child.kill('SIGKILL');
+  if (![0, 77].includes(code)) for (const {spawnargs, exitCode, text} of started) console.log(`${spawnargs.join(' ')}: ${exitCode ?? 'running'}\n${text.slice(-2000)}`);
+});
 
 // Starts a program; resolves when it has said the words (at once without).
 export function start(name, args, words) {
   const child = spawn(`${bin}/${name}`, args, {stdio: ['ignore', 'pipe', 'pipe']});
   running.add(child);
+  started.push(child);
   child.text = '';
   child.ended = new Promise((resolve) => child.on('exit', (code) => { running.delete(child); resolve(code); }));
   return new Promise((resolve, reject) => {

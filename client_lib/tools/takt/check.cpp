@@ -1,8 +1,6 @@
 // takt check: the present positions beside those a scenario expects at its end.
 #include <cstdio>
-#include <nlohmann/json.hpp>
 
-#include "client_lib/recording/json_text.h"
 #include "client_lib/tools/takt/commands.h"
 #include "client_lib/tools/takt/sample_json.h"
 #include "idl/common/eigen_messages.h"
@@ -41,7 +39,7 @@ int check(const Common& common, const CheckOptions& options) {
   }
   document["ok"] = all_hold;
   if (common.json)
-    std::printf("%s\n", recording::json_text(document, 2).c_str());
+    print_json(document, 2);
   else
     std::printf("%s\n",
                 all_hold ? "All Parts are where they should be." : "Not all Parts are where they should be.");

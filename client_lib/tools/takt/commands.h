@@ -2,14 +2,15 @@
 // The subcommands of `takt`. Each returns the exit code of the process. Results go to standard output, as text or with
 // --json as JSON; errors are thrown.
 #include <cstdint>
+#include <cstdio>
 #include <memory>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "client_lib/client.h"
+#include "client_lib/recording/json_text.h"
 
 namespace CLI {
 class App;
@@ -51,8 +52,11 @@ void say_that_the_cell_has_gone();
 
 /// The sentence of a reply, or all of it as JSON.
 int report(const Common& common, const Reply& reply);
-/// {name: value}; documents as they are.
-nlohmann::json values_json(const Arguments& values);
+/// Prints a document on a line; with an indent, on many.
+template <typename Document>
+void print_json(const Document& document, int indent = -1) {
+  std::printf("%s\n", recording::json_text(document, indent).c_str());
+}
 /// Prints an error on standard error, with `json` also on standard output. Returns its exit code.
 int report_error(bool json, const std::exception& error);
 
@@ -64,6 +68,10 @@ void declare_scenario_and_entities(CLI::App& app, const Common& common, int& res
 void add_examples(CLI::App& app);
 /// `takt completion SHELL`: completion.cpp.
 void declare_completion(CLI::App& app, int& result);
+/// A running cell or a recording in the browser: view.cpp.
+void declare_view(CLI::App& app, const Common& common, int& result);
+/// What is done with recordings (MCAP): recordings.cpp.
+void declare_recordings(CLI::App& app, const Common& common, int& result);
 
 struct WatchOptions {
   std::optional<double> until_s;
@@ -102,6 +110,22 @@ int explain(const Common& common, const std::string& part);
 int watch(const Common& common, const WatchOptions& options);
 int events(const Common& common, const EventsOptions& options);
 int record_csv(const Common& common, const RecordOptions& options);
+/// takt record with --json: states, contacts, power and events, one document a line.
+/// Ends at the simulated time that the options say, or at a signal (SIGINT, SIGTERM). When the server goes
+/// away before that time, it throws ClientError (lost); without such a time it goes on with the next server.
+/// Each line has a `kind`. The last line, `end`, counts the written and the missed samples.
+int record_json(const Common& common, const RecordOptions& options);
+/// takt record FILE.mcap: every topic of the cell, as it is sent. `period_s`: of states, contacts, power and
+/// joint states in simulated time; without: each sample.
+int record_mcap(const Common& common, const RecordOptions& options, std::optional<double> period_s);
+
+struct ReplayOptions {
+  std::string file;
+  double rate = 1.0;      ///< times as fast as recorded
+  bool commands = false;  ///< commands too
+};
+int replay(const Common& common, const ReplayOptions& options);
+
 int check(const Common& common, const CheckOptions& options);
 /// Of `takt power` and `takt contacts`.
 struct FollowOptions {

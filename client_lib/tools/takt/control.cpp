@@ -1,8 +1,6 @@
 // takt list, status, step, pace.
 #include <cstdio>
-#include <nlohmann/json.hpp>
 
-#include "client_lib/recording/json_text.h"
 #include "client_lib/tools/takt/commands.h"
 #include "client_lib/tools/takt/sample_json.h"
 #include "idl/common/text.h"
@@ -32,7 +30,7 @@ int list(const Common& common) {
       document.push_back({{"cell", cell.name},
                           {"servers", cell.servers},
                           {"status", cell.status ? json_of(*cell.status) : nlohmann::json()}});
-    std::printf("%s\n", recording::json_text(document).c_str());
+    print_json(document);
     return cells.empty() ? kNoCell : kOk;
   }
   for (const auto& cell : cells) {
@@ -59,7 +57,7 @@ int status(const Common& common) {
     document["cell"] = info->cell;
     document["scenario"] = info->scenario;
     document["server_version"] = info->server_version;
-    std::printf("%s\n", recording::json_text(document, 2).c_str());
+    print_json(document, 2);
     return 0;
   }
   std::printf("Cell '%s', scenario %s, step %g ms, server %s\n", info->cell.c_str(), info->scenario.c_str(),

@@ -1,8 +1,6 @@
 // takt echo: the samples of any topic, as JSON.
 #include <cstdio>
-#include <map>
 
-#include "client_lib/recording/json_text.h"
 #include "client_lib/tools/takt/commands.h"
 #include "client_lib/tools/takt/sample_json.h"
 
@@ -28,7 +26,7 @@ int echo(const Common& common, const EchoOptions& options) {
                                  topic.name(common.client.cell, options.robot) +
                                  "' within the time allowed (--timeout).");
       seen = sample->sample_number;
-      std::printf("%s\n", recording::json_text(json_of(*sample)).c_str());
+      print_json(json_of(*sample));
       std::fflush(stdout);
     }
   });

@@ -2,9 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 
-#include "client_lib/recording/json_text.h"
 #include "client_lib/tools/takt/commands.h"
 #include "idl/common/text.h"
 
@@ -92,7 +90,7 @@ void print_pressing(const PartExplanation& e) {
 int explain(const Common& common, const std::string& part) {
   const PartExplanation e = Session(common)->explain_part(part);
   if (common.json) {
-    std::printf("%s\n", recording::json_text(values_json(arguments_of(e)), 2).c_str());
+    print_json(recording::values_json(arguments_of(e)), 2);
     return 0;
   }
   std::printf("At %.3f s (step %llu): %s\n", e.time, static_cast<unsigned long long>(e.step),

@@ -4,7 +4,6 @@
 #include <cstdio>
 #include <stdexcept>
 
-#include "client_lib/recording/json_text.h"
 #include "client_lib/tools/takt/commands.h"
 #include "client_lib/tools/takt/follow.h"
 #include "client_lib/tools/takt/sample_json.h"
@@ -101,7 +100,7 @@ void print(const Power& power) {
 template <typename Sample>
 void show(const Common& common, const Sample& sample) {
   if (common.json)
-    std::printf("%s\n", recording::json_text(json_of(sample)).c_str());
+    print_json(json_of(sample));
   else
     print(sample);
   std::fflush(stdout);
@@ -128,7 +127,7 @@ int state(const Common& common) {
     // Unit and limits of each signal.
     for (const DeviceDescription& device : s.cell->devices)
       document["description"]["devices"][device.name] = recording::message_json(device, s.cell->lists);
-    std::printf("%s\n", recording::json_text(document, 2).c_str());
+    print_json(document, 2);
   } else {
     print(s);
   }

@@ -6,17 +6,12 @@
 #include <csignal>
 #include <cstdio>
 #include <exception>
-#include <map>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
 
-#include "client_lib/recording/json_text.h"
+#include "client_lib/tools/connection_options.h"
 #include "client_lib/tools/takt/commands.h"
-#include "client_lib/tools/takt/record_json.h"
-#include "client_lib/tools/takt/recordings.h"
-#include "client_lib/tools/takt/view.h"
 #include "idl/command_line/commands.h"
 #include "idl/command_line/enumeration.h"
 #include "idl/command_line/numbers.h"
@@ -50,9 +45,7 @@ int answer(const CLI::App& app, const CLI::ParseError& error, bool json) {
   if (error.get_exit_code() == 0) return app.exit(error);
   const std::optional<std::string> word = takt::command_line::unknown_command(app);
   const std::string sentence = word ? takt::command_line::no_such_command(app, *word) : error.what();
-  if (json)
-    std::printf("%s\n",
-                takt::recording::json_text(nlohmann::json{{"error", sentence}, {"kind", "usage"}}).c_str());
+  if (json) takt::tool::print_json(nlohmann::json{{"error", sentence}, {"kind", "usage"}});
   if (word)
     std::fprintf(stderr, "takt: %s\n", sentence.c_str());
   else
@@ -70,22 +63,15 @@ int run(int argc, char** argv) {
 
   takt::tool::Common common;
   common.client.name = "takt";
-  app.add_option("--cell", common.client.cell, "name of the cell (environment: TAKT_CELL)")
-      ->capture_default_str();
-  app.add_option("--domain", common.client.domain, "DDS domain (environment: TAKT_DOMAIN)")
-      ->check(numbers::whole_number_from(0, 232))
-      ->capture_default_str();
+  takt::tool::add_connection_options(app, common.client);
   auto* timeout = app.add_option("--timeout", common.timeout_s, "longest wait for an answer, s of wall time")
                       ->check(numbers::positive())
                       ->capture_default_str();
-  auto* profiles = app.add_option("--profiles", common.client.profiles_file, "Fast DDS profiles (XML)")
-                       ->check(CLI::ExistingFile);
-  app.add_option("--profile", common.client.profile, "name of the profile in that file")
-      ->needs(profiles)
-      ->capture_default_str();
-  app.add_option("--secure", common.client.secure_directory,
-                 "directory with identity and permissions (environment: TAKT_SECURE)")
-      ->check(CLI::ExistingDirectory);
+  app.add_option(
+         "--secure", common.client.secure_directory,
+         "auto (auto:observer): identities of this user, made at first use; or a directory with identity and "
+         "permissions (environment: TAKT_SECURE)")
+      ->check(CLI::ExistingDirectory | CLI::IsMember({"auto", "auto:controller", "auto:observer"}));
   app.add_flag("--json", common.json,
                "output for programs: JSON, one document per line where it follows something");
 
@@ -107,20 +93,18 @@ int run(int argc, char** argv) {
       ->add_option("PART", part, "name of a component")
       ->required();
 
-  takt::tool::FollowOptions power_options;
-  auto* power = add("power", "what each robot draws (level of detail 2)",
-                    [&] { return takt::tool::power(common, power_options); });
-  power->add_flag("--watch", power_options.watch, "follow it");
-  power->add_option("--until", power_options.until_s, "follow it up to this simulated time, s")
-      ->check(numbers::not_negative());
-
-  takt::tool::FollowOptions contacts_options;
-  auto* contacts = add("contacts", "what presses upon what, and how (level of detail 3)",
-                       [&] { return takt::tool::contacts(common, contacts_options); });
-  contacts->add_flag("--watch", contacts_options.watch, "follow it");
-  contacts->add_option("--until", contacts_options.until_s, "follow it up to this simulated time, s")
-      ->check(numbers::not_negative());
-
+  const auto may_follow = [](CLI::App* command, takt::tool::FollowOptions& options) {
+    command->add_flag("--watch", options.watch, "follow it");
+    command->add_option("--until", options.until_s, "follow it up to this simulated time, s")
+        ->check(numbers::not_negative());
+  };
+  takt::tool::FollowOptions power_options, contacts_options;
+  may_follow(add("power", "what each robot draws (level of detail 2)",
+                 [&] { return takt::tool::power(common, power_options); }),
+             power_options);
+  may_follow(add("contacts", "what presses upon what, and how (level of detail 3)",
+                 [&] { return takt::tool::contacts(common, contacts_options); }),
+             contacts_options);
   takt::tool::WatchOptions watch_options;
   add("watch", "follow time, pace and partners (one line that renews itself on a terminal)",
       [&] { return takt::tool::watch(common, watch_options); })

@@ -1,5 +1,3 @@
-#include "client_lib/tools/takt/record_json.h"
-
 #include <algorithm>
 #include <atomic>
 #include <cstdio>
@@ -8,14 +6,13 @@
 #include <map>
 #include <memory>
 #include <mutex>
-#include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <thread>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
-#include "client_lib/recording/json_text.h"
+#include "client_lib/tools/takt/commands.h"
 #include "client_lib/tools/takt/instant_watch.h"
 #include "client_lib/tools/takt/interruption.h"
 #include "client_lib/tools/takt/sample_json.h"
@@ -51,7 +48,10 @@ class Recording {
     topics::for_each([&](const auto& topic) {
       if (!is_recorded(topic)) return;
       Stream& stream = streams_[std::string(topic.id)];
-      threads.emplace_back([this, &topic, &stream] { follow([&] { next_sample(topic, stream); }); });
+      threads.emplace_back([this, &topic, &stream] {
+        follow([&] { next_sample(topic, stream); });
+        if (topic.qos == TopicQos::event) complete(topic, stream);
+      });
     });
     for (std::thread& thread : threads) thread.join();
     json end{{"kind", "end"}};
@@ -98,18 +98,29 @@ class Recording {
     }
   }
 
+  /// Writes the events that came before the end and wait for this thread; each counts.
+  template <Message Type>
+  void complete(const Topic<Type>& topic, Stream& stream) {
+    try {
+      for (int i = 0; i < qos_of(topic.qos).depth && next_sample(topic, stream); ++i) {
+      }
+    } catch (const ClientError&) {  // follow() has said what ends the recording
+    }
+  }
+
   void wait_for_the_next_server() {
     if (!gone_.exchange(true)) say_that_the_cell_has_gone();
     if (!cell_.wait_for_connection(kWait)) return;
     gone_.store(false);
   }
 
+  /// False if none comes within kWait.
   template <Message Type>
-  void next_sample(const Topic<Type>& topic, Stream& stream) {
+  bool next_sample(const Topic<Type>& topic, Stream& stream) {
     if (topic.id == topics::state.id) watch_.renew(cell_);
     const auto sample = cell_.wait_for(
         topic, [&](const auto& one) { return one.sample_number > stream.newest; }, kWait);
-    if (!sample) return;
+    if (!sample) return false;
     bool wanted = true;
     if constexpr (requires { sample->missed_before; })
       stream.missed += sample->missed_before;
@@ -139,6 +150,7 @@ class Recording {
       write(line);
       ++stream.written;
     }
+    return true;
   }
 
   void write(const json& line) {

@@ -7,17 +7,15 @@
 #include <cstdio>
 #include <map>
 #include <mutex>
-#include <nlohmann/json.hpp>
 #include <thread>
 #include <utility>
 
 #include "client_lib/raw_topics.h"
-#include "client_lib/recording/json_text.h"
 #include "client_lib/recording/mcap_reader.h"
 #include "client_lib/recording/mcap_writer.h"
+#include "client_lib/tools/takt/commands.h"
 #include "client_lib/tools/takt/instant_watch.h"
 #include "client_lib/tools/takt/interruption.h"
-#include "client_lib/tools/takt/recordings.h"
 #include "idl/common/cdr.h"
 #include "idl/common/stamp.h"
 #include "takt_topics.h"
@@ -101,11 +99,10 @@ class McapRecorder {
                                                      "' has gone away; what came before is in '" +
                                                      options_.file + "'.");
     if (common_.json)
-      std::printf("%s\n", recording::json_text(nlohmann::json{{"file", options_.file},
-                                                              {"samples", writer_.message_count()},
-                                                              {"topics", channels_.size()},
-                                                              {"time", time_s_}})
-                              .c_str());
+      print_json(nlohmann::json{{"file", options_.file},
+                                {"samples", writer_.message_count()},
+                                {"topics", channels_.size()},
+                                {"time", time_s_}});
     else
       std::fprintf(stderr, "%llu samples of %zu topics, up to %.3f s of simulated time: %s\n",
                    static_cast<unsigned long long>(writer_.message_count()), channels_.size(), time_s_,

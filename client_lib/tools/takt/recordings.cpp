@@ -1,5 +1,3 @@
-#include "client_lib/tools/takt/recordings.h"
-
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -10,16 +8,27 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
-#include <nlohmann/json.hpp>
 
-#include "client_lib/recording/json_text.h"
 #include "client_lib/recording/signals.h"
+#include "client_lib/tools/takt/commands.h"
 #include "idl/command_line/numbers.h"
 #include "idl/common/parse.h"
 #include "idl/common/text.h"
 
 namespace takt::tool {
 namespace {
+
+struct ExportOptions {
+  std::string file, csv;
+  std::vector<std::string> signals;
+  bool list = false;
+};
+
+struct PlotOptions {
+  std::string file, output;
+  std::vector<std::string> signals;
+  std::string size = "1200,700";
+};
 
 using recording::McapReader;
 using recording::SignalSample;
@@ -150,7 +159,7 @@ int list_contents(const Common& common, McapReader& reader, const std::vector<st
                             {"signals", names}};
     for (const auto& [number, channel] : reader.channels())
       document["topics"].push_back({{"topic", channel.topic}, {"type", channel.type}});
-    std::printf("%s\n", recording::json_text(document, 2).c_str());
+    print_json(document, 2);
     return kOk;
   }
   for (const auto& name : names) std::printf("%s\n", name.c_str());
@@ -170,13 +179,11 @@ int export_json(McapReader& reader) {
                          {"log_time_ns", message.log_time_ns},
                          {"publish_time_ns", message.publish_time_ns}};
     line["sample"] = samples.read(message.channel->type, message.sample);
-    std::printf("%s\n", recording::json_text(line).c_str());
+    print_json(line);
     return true;
   });
   return kOk;
 }
-
-}  // namespace
 
 int export_recording(const Common& common, const ExportOptions& options) {
   McapReader reader = open(options.file);
@@ -201,9 +208,7 @@ int export_recording(const Common& common, const ExportOptions& options) {
   });
   const std::uint64_t rows = table.finish();
   if (common.json && options.csv != "-")
-    std::printf("%s\n", recording::json_text(
-                            nlohmann::json{{"file", options.csv}, {"rows", rows}, {"signals", names}})
-                            .c_str());
+    print_json(nlohmann::json{{"file", options.csv}, {"rows", rows}, {"signals", names}});
   else
     std::fprintf(stderr, "%llu rows of %zu signals.\n", static_cast<unsigned long long>(rows), names.size());
   return kOk;
@@ -259,13 +264,13 @@ int plot(const Common& common, const PlotOptions& options) {
   for (const std::string& name : order) script += curves[name].points + "e\n";
   draw(script, output);
   if (common.json)
-    std::printf(
-        "%s\n",
-        recording::json_text(nlohmann::json{{"picture", output.string()}, {"signals", order}}).c_str());
+    print_json(nlohmann::json{{"picture", output.string()}, {"signals", order}});
   else
     std::printf("%s: %zu signals\n", output.string().c_str(), order.size());
   return kOk;
 }
+
+}  // namespace
 
 void declare_recordings(CLI::App& app, const Common& common, int& result) {
   static ReplayOptions replay_options;

@@ -5,9 +5,7 @@
 #include <cstdio>
 #include <initializer_list>
 #include <memory>
-#include <nlohmann/json.hpp>
 
-#include "client_lib/recording/json_text.h"
 #include "client_lib/tools/takt/commands.h"
 #include "idl/vocabulary/arguments.h"
 

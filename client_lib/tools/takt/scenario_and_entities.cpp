@@ -5,9 +5,7 @@
 #include <filesystem>
 #include <limits>
 #include <memory>
-#include <nlohmann/json.hpp>
 
-#include "client_lib/recording/json_text.h"
 #include "client_lib/tools/takt/commands.h"
 #include "idl/command_line/enumeration.h"
 #include "idl/command_line/numbers.h"
@@ -90,9 +88,7 @@ int entities(const Common& common, const std::string& filter, const std::string&
   Session cell(common);
   const auto found = cell->call(requests::GetEntities{filter, enumerator_of<ComponentType>(type)});
   if (common.json) {
-    std::printf("%s\n", recording::json_text(
-                            values_json(arguments_of<requests::GetEntitiesResponse>(found)).at("entities"))
-                            .c_str());
+    print_json(recording::values_json(arguments_of<requests::GetEntitiesResponse>(found)).at("entities"));
     return 0;
   }
   for (const auto& entity : found.entities) {

@@ -2,9 +2,7 @@
 #include <unistd.h>
 
 #include <cstdio>
-#include <nlohmann/json.hpp>
 
-#include "client_lib/recording/json_text.h"
 #include "client_lib/tools/takt/commands.h"
 
 namespace takt::tool {
@@ -46,42 +44,9 @@ void say_that_the_cell_has_gone() {
                isatty(STDOUT_FILENO) != 0 ? "\n" : "");
 }
 
-nlohmann::json values_json(const Arguments& values) {
-  auto object = nlohmann::json::object();
-  for (const auto& [name, value] : values) {
-    nlohmann::json& member = object[name];
-    switch (value.kind) {
-      case ValueKind::boolean:
-        member = value.flag;
-        break;
-      case ValueKind::integer:
-        member = value.integer;
-        break;
-      case ValueKind::number:
-        member = value.number;
-        break;
-      case ValueKind::text:
-        member = value.text;
-        break;
-      case ValueKind::numbers:
-        member = value.numbers;
-        break;
-      case ValueKind::texts:
-        member = value.texts;
-        break;
-      case ValueKind::document:
-        member = recording::read_json(value.text).value_or(nullptr);
-        break;
-    }
-  }
-  return object;
-}
-
 int report(const Common& common, const Reply& reply) {
   if (common.json)
-    std::printf("%s\n", recording::json_text(
-                            nlohmann::json{{"message", reply.message}, {"values", values_json(reply.values)}})
-                            .c_str());
+    print_json(nlohmann::json{{"message", reply.message}, {"values", recording::values_json(reply.values)}});
   else
     std::printf("%s\n", reply.message.c_str());
   return kOk;
@@ -98,7 +63,7 @@ int report_error(bool json, const std::exception& error) {
                                                                       : "failed";
     if (of_client != nullptr && of_client->result())
       document["result"] = static_cast<int>(of_client->result().value());
-    std::printf("%s\n", recording::json_text(document).c_str());
+    print_json(document);
   }
   std::fprintf(stderr, "takt: %s\n", error.what());
   return no_cell ? kNoCell : kFailed;

@@ -1,11 +1,9 @@
-#include "client_lib/tools/takt/view.h"
-
 #include <CLI/CLI.hpp>
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
-#include <optional>
 
+#include "client_lib/tools/takt/commands.h"
 #include "client_lib/view/addresses.h"
 #include "client_lib/view/file_source.h"
 #include "client_lib/view/live_source.h"
@@ -16,6 +14,15 @@
 
 namespace takt::tool {
 namespace {
+
+struct ViewOptions {
+  std::string file;  ///< recording; empty: the running cell
+  std::string address = "127.0.0.1";
+  std::uint16_t port = 8765;
+  bool observer = false;
+  std::vector<std::string> files;  ///< folders of mesh files of robots
+  std::string page;                ///< directory of the built page; empty: where takt was installed or built
+};
 
 /// Beside the program: ../share/takt/view, where it is installed and in the build tree.
 std::filesystem::path page_directory(const std::string& given) {
@@ -56,8 +63,6 @@ void serve(const Common& common, const ViewOptions& options, view::Stream& strea
   sigwait(&signals, &signal);
 }
 
-}  // namespace
-
 int view(const Common& common, const ViewOptions& options) {
   // The main thread waits for them; no thread made from here on may get one.
   const sigset_t signals = ending_signals();
@@ -84,6 +89,8 @@ int view(const Common& common, const ViewOptions& options) {
         [&](const std::string& name, const Arguments& arguments) { return source.request(name, arguments); });
   return kOk;
 }
+
+}  // namespace
 
 void declare_view(CLI::App& app, const Common& common, int& result) {
   static ViewOptions options;

@@ -2,13 +2,10 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <optional>
-#include <stdexcept>
 
-#include "client_lib/recording/json_text.h"
 #include "client_lib/tools/takt/commands.h"
 #include "client_lib/tools/takt/sample_json.h"
 
@@ -166,7 +163,7 @@ std::optional<int> events_of(const Common& common, const EventsOptions& options,
     const auto event = cell.wait_for(topics::event, Seconds{kForever_s});
     if (!event) return 1;
     if (common.json) {
-      std::printf("%s\n", recording::json_text(json_of(*event)).c_str());
+      print_json(json_of(*event));
     } else {
       if (event->missed_before > 0)
         std::printf("(%llu events were lost here)\n", static_cast<unsigned long long>(event->missed_before));

@@ -5,10 +5,10 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
-#include <map>
 #include <string>
 #include <vector>
 
+#include "client_lib/tools/connection_options.h"
 #include "client_lib/tools/takt_controller/session.h"
 #include "idl/command_line/enumeration.h"
 #include "idl/command_line/numbers.h"
@@ -41,11 +41,7 @@ int run(int argc, char** argv) {
                  "NAME=VALUE: a parameter of the program, in place of the default that it states")
       ->type_size(1)
       ->allow_extra_args(false);
-  app.add_option("--cell", options.client.cell, "name of the cell (environment: TAKT_CELL)")
-      ->capture_default_str();
-  app.add_option("--domain", options.client.domain, "DDS domain (environment: TAKT_DOMAIN)")
-      ->check(takt::command_line::whole_number_from(0, 232))
-      ->capture_default_str();
+  takt::tool::add_connection_options(app, options.client);
   std::string pace;
   app.add_option("--pace", pace, "set the pace of the cell (default: leave it)")
       ->transform(CLI::IsMember(takt::command_line::words_of<takt::Pace>(), CLI::ignore_case));
@@ -60,14 +56,11 @@ int run(int argc, char** argv) {
          "longest wait for an answer; in lockstep also how long the cell waits for a command, s of wall time")
       ->check(takt::command_line::positive())
       ->capture_default_str();
-  auto* profiles = app.add_option("--profiles", options.client.profiles_file, "Fast DDS profiles (XML)")
-                       ->check(CLI::ExistingFile);
-  app.add_option("--profile", options.client.profile, "name of the profile in that file")
-      ->needs(profiles)
-      ->capture_default_str();
-  app.add_option("--secure", options.client.secure_directory,
-                 "directory with identity and permissions (environment: TAKT_SECURE)")
-      ->check(CLI::ExistingDirectory);
+  app.add_option(
+         "--secure", options.client.secure_directory,
+         "auto: identities of this user, made at first use; or a directory with identity and permissions "
+         "(environment: TAKT_SECURE)")
+      ->check(CLI::ExistingDirectory | CLI::IsMember({"auto", "auto:controller"}));
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <limits>
 #include <map>
-#include <stdexcept>
 
 namespace takt::tool {
 namespace {
@@ -15,6 +14,8 @@ namespace {
 constexpr double kTimeTolerance_s = 1e-9;
 /// Practically without end: DDS announces the end of a server, and a cell may stay paused for any time.
 constexpr Seconds kPatience{1.0e9};
+/// How long the sample behind another is waited for; a server repeats its state more often.
+constexpr Seconds kConfirmation{2.0};
 
 /// A cell found again with at most this simulated time has started from its scenario. A cell with more has
 /// resumed from a snapshot; a program cannot begin in the middle of that.
@@ -95,6 +96,7 @@ class Session {
         last ? options_.client.timeout : kPatience);
     if (!state) return false;  // the program has finished and the cell is paused
     newest_sample_ = state->sample_number;
+    if ((state->cell != info_ || state->epoch != epoch_) && !is_confirmed(*state)) return true;
     if (state->cell != info_)
       throw ClientError(
           ClientError::Kind::lost,
@@ -114,6 +116,13 @@ class Session {
     }
     send();
     return true;
+  }
+
+  /// A single sample of another scenario or epoch may be forged; the one behind it decides.
+  bool is_confirmed(const State& state) {
+    const auto next = cell_.wait_for(
+        topics::state, [&](const State& s) { return s.sample_number > state.sample_number; }, kConfirmation);
+    return !next || next->cell != info_ || next->epoch != epoch_;
   }
 
   /// Calls the program once for each boundary up to this state. In lockstep there is exactly one; at other
@@ -143,7 +152,9 @@ class Session {
   }
 
   void send() {
-    if (output_ == nullptr) return;
+    if (output_ != nullptr) cell_.send_together([this] { send_commands(); });
+  }
+  void send_commands() {
     const auto used = [](const JointArray& values, std::size_t count) {
       return std::vector<double>(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(count));
     };

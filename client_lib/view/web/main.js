@@ -173,7 +173,7 @@ function plot(name, type, sample) {
   const values = new Map();
   signals.each(name, type, sample, (full, value) => { if (plots.has(full)) values.set(full, value); });
   const stamp = sample.header?.stamp ?? sample.stamp;
-  plots.take(sample.time ?? (stamp ? seconds(stamp) : 0), sample.epoch, values);
+  plots.take(name, sample.time ?? (stamp ? seconds(stamp) : 0), sample.epoch, values);
 }
 
 // --- drawing: what has changed, at most once a frame ----------------------------------------------------------------

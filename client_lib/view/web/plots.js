@@ -40,23 +40,32 @@ export class Plots {
   // The topics that are needed.
   wants(topic) { return this.plots.some((plot) => plot.name.startsWith(`${topic}.`)); }
 
-  // `epoch` is not known of all topics: joint states have the form that ROS 2 gave them.
-  take(time, epoch, values) {
+  // The numbers of a sample of this topic. `epoch` is not known of all topics: joint states have the form that ROS 2 gave them.
+  take(topic, time, epoch, values) {
     if (epoch !== undefined) {
       if (epoch !== this.epoch) this.clear();  // the cell was reset: time is zero again
       this.epoch = epoch;
     }
-    for (const plot of this.plots) {
-      const value = values.get(plot.name);
-      if (value === undefined) continue;
-      const newest = plot.x.at(-1);
-      if (newest !== undefined && time < newest) { plot.x.length = 0; plot.y.length = 0; }  // a recording went back
-      if (newest === time) continue;
+    for (const plot of this.plots) if (plot.name.startsWith(`${topic}.`)) this.append(plot, time, values.get(plot.name) ?? null);
+  }
+
+  // null: the sample has no such number, e.g. of two parts that do not press. The line has a gap from the first such sample to
+  // the newest one.
+  append(plot, time, value) {
+    if (time < plot.x.at(-1)) { plot.x.length = 0; plot.y.length = 0; }  // a recording went back
+    if (value === null && !plot.x.length) return;
+    const end = plot.x.length - 1;
+    if (plot.x[end] === time && plot.y[end] === value) return;
+    const longer = value === null && plot.y[end] === null && plot.y[end - 1] === null;
+    if (longer || plot.x[end] === time) {  // a standing cell may have changed
+      plot.x[end] = time;
+      plot.y[end] = value;
+    } else {
       plot.x.push(time);
       plot.y.push(value);
-      if (plot.x.length > MOST) { plot.x.splice(0, MOST / 4); plot.y.splice(0, MOST / 4); }
-      plot.dirty = true;
     }
+    if (plot.x.length > MOST) { plot.x.splice(0, MOST / 4); plot.y.splice(0, MOST / 4); }
+    plot.dirty = true;
   }
 
   draw() {
@@ -64,7 +73,7 @@ export class Plots {
       if (!plot.dirty) continue;
       plot.dirty = false;
       plot.chart.setData([plot.x, plot.y]);
-      plot.newest.textContent = plot.y.length ? plot.y.at(-1).toPrecision(5) : '';
+      plot.newest.textContent = plot.y.at(-1)?.toPrecision(5) ?? (plot.y.length ? 'none' : '');
     }
   }
 

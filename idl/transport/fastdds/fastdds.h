@@ -351,7 +351,21 @@ class MessageType final : public SampleType {
   }
 };
 
-/// A transport in front of another one: observes sent packets, filters received ones.
+/// Sends a packet to one address.
+inline bool send_packet(rtps::SenderResource& sender, std::span<const std::uint8_t> packet,
+                        const rtps::Locator_t& to) {
+  const std::vector<rtps::Locator_t> addresses{to};
+  transports::Locators begin(addresses.begin()), end(addresses.end());
+  const auto timeout = std::chrono::steady_clock::now() + std::chrono::milliseconds(100);
+  const auto bytes = static_cast<std::uint32_t>(packet.size());
+#if TAKT_FAST_DDS_MAJOR == 2
+  return sender.send(packet.data(), bytes, &begin, &end, timeout);
+#else
+  return sender.send({{packet.data(), bytes}}, bytes, &begin, &end, timeout);
+#endif
+}
+
+/// A transport in front of another one: observes sent packets and may send them its own way, filters received ones.
 class ChainedTransport : public transports::ChainingTransport {
  public:
   explicit ChainedTransport(const transports::ChainingTransportDescriptor& descriptor)
@@ -360,16 +374,22 @@ class ChainedTransport : public transports::ChainingTransport {
   void shutdown() override { low_level_transport_->shutdown(); }
 
  protected:
-  /// A packet is about to be sent.
-  virtual void sending(std::span<const std::uint8_t>) {}
+  /// Sends the packet to these addresses, and returns whether that succeeded.
+  using Pass = std::function<bool(rtps::LocatorsIterator& begin, rtps::LocatorsIterator& end)>;
+  /// A packet is to be sent. Fast DDS calls it once for each `sender`: for shared memory, or for the socket of each
+  /// network interface.
+  virtual bool sending(std::span<const std::uint8_t> packet, rtps::SenderResource& sender,
+                       rtps::LocatorsIterator& begin, rtps::LocatorsIterator& end, const Pass& pass) = 0;
 
  private:
 #if TAKT_FAST_DDS_MAJOR == 2
   bool send(rtps::SenderResource* sender, const rtps::octet* data, std::uint32_t size,
             rtps::LocatorsIterator* begin, rtps::LocatorsIterator* end,
             const std::chrono::steady_clock::time_point& timeout) final {
-    sending({data, size});
-    return sender->send(data, size, begin, end, timeout);
+    const auto pass = [&](rtps::LocatorsIterator& from, rtps::LocatorsIterator& to) {
+      return sender->send(data, size, &from, &to, timeout);
+    };
+    return sending({data, size}, *sender, *begin, *end, std::cref(pass));
   }
 #else
   bool send(rtps::SenderResource* sender, const std::vector<transports::NetworkBuffer>& buffers,
@@ -389,8 +409,10 @@ class ChainedTransport : public transports::ChainingTransport {
       const auto* bytes = static_cast<const std::uint8_t*>(piece.buffer);
       packet.insert(packet.end(), bytes, bytes + piece.size);
     }
-    sending(packet);
-    return sender->send(pieces, size, begin, end, timeout);
+    const auto pass = [&](rtps::LocatorsIterator& from, rtps::LocatorsIterator& to) {
+      return sender->send(pieces, size, &from, &to, timeout);
+    };
+    return sending(packet, *sender, *begin, *end, std::cref(pass));
   }
   /// A submessage that only Fast DDS has: 0x80, little endian, 56 bytes behind its head of four.
   static bool is_statistics(const transports::NetworkBuffer& piece) {

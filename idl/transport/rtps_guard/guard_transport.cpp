@@ -10,6 +10,7 @@
 #include <span>
 
 #include "idl/transport/fastdds/host_local_udp.h"
+#include "idl/transport/rtps_guard/packet_cork.h"
 #include "idl/transport/rtps_guard/rtps_submessage.h"
 
 namespace takt {
@@ -58,6 +59,55 @@ class PacketCopy {
   std::size_t capacity_ = 0, written_ = 0;
 };
 
+/// The packet with which a participant says that it ends.
+std::array<std::uint8_t, 76> farewell_of(const ParticipantPlaces::Prefix& participant, std::int64_t number) {
+  constexpr std::uint8_t inline_parameters = 2;
+  std::array<std::uint8_t, 76> packet{'R',   'T',
+                                      'P',   'S',
+                                      2,     2,
+                                      1,     15,
+                                      0,     0,
+                                      0,     0,
+                                      0,     0,
+                                      0,     0,
+                                      0,     0,
+                                      0,     0,  //
+                                      kData, inline_parameters,
+                                      0,     52,
+                                      0,     0,
+                                      0,     16,  // big endian; 16 bytes to the parameters
+                                      0,     1,
+                                      0,     0xc7,
+                                      0,     1,
+                                      0,     0xc2,
+                                      0,     0,
+                                      0,     0,
+                                      0,     0,
+                                      0,     0,  // reader, writer, number
+                                      0,     0x70,
+                                      0,     16,
+                                      0,     0,
+                                      0,     0,
+                                      0,     0,
+                                      0,     0,
+                                      0,     0,
+                                      0,     0,
+                                      0,     0,
+                                      1,     0xc1,  // key: its GUID
+                                      0,     0x71,
+                                      0,     4,
+                                      0,     0,
+                                      0,     3,
+                                      0,     1,
+                                      0,     0};  // disposed, unregistered; end
+  constexpr std::size_t sender_at = 8, number_at = 36, key_at = 48;
+  std::copy(participant.begin(), participant.end(), packet.begin() + sender_at);
+  std::copy(participant.begin(), participant.end(), packet.begin() + key_at);
+  for (std::size_t i = 0; i < 8; ++i)
+    packet[number_at + i] = static_cast<std::uint8_t>(static_cast<std::uint64_t>(number) >> (8 * (7 - i)));
+  return packet;
+}
+
 class GuardTransport final : public ChainedTransport {
  public:
   GuardTransport(const transports::ChainingTransportDescriptor& descriptor,
@@ -73,15 +123,17 @@ class GuardTransport final : public ChainedTransport {
     const std::span<std::uint8_t> packet = copy.take({data, size}, guard_->limits().largest_sample_bytes);
     const std::unique_lock one_at_a_time =
         speaks_of_discovery(packet) ? std::unique_lock(guard_->discovery()) : std::unique_lock<std::mutex>();
-    const TransportKind way =
-        local.kind == LOCATOR_KIND_SHM ? TransportKind::shared_memory : TransportKind::network;
-    const PacketReport report = clean_packet(packet, guard_->limits(), &guard_->memory(), now_s(), way);
+    const PacketReport report =
+        clean_packet(packet, guard_->limits(), &guard_->memory(), now_s(), origin_of(local, remote));
+    // Announcements from a further socket of a participant are usual, and come from the first one too.
+    if (report.flaw == RtpsError::source && only_announces(packet)) return;
     guard_->count(report.flaw);
     if (report.flaw != RtpsError::none) return;
     guard_->heard().note(packet);
     const auto deliver = [&](std::span<std::uint8_t> bytes) {
       next->OnDataReceived(bytes.data(), static_cast<std::uint32_t>(bytes.size()), local, remote);
     };
+    if (one_at_a_time.owns_lock()) make_places(deliver);
     if (!report.fragments) return deliver(packet.first(report.size));
     copy.clear_behind(report.size);
     deliver(packet.first(guard_->fragments().take(packet.first(report.size), deliver)));
@@ -109,13 +161,60 @@ class GuardTransport final : public ChainedTransport {
     std::copy_n(remote.address + kIpv4Place, address.size(), address.begin());
     return !local_->has(address);
   }
-  void sending(std::span<const std::uint8_t> packet) override {
-    guard_->memory().note(packet);
-    guard_->fragments().sending(packet);
+  static PacketOrigin origin_of(const rtps::Locator_t& local, const rtps::Locator_t& remote) {
+    if (local.kind == LOCATOR_KIND_SHM) return TransportKind::shared_memory;
+    PacketOrigin origin;
+    origin.address = mixed(remote.address, 0);
+    origin.source = mixed(remote.address, remote.port);
+    return origin;
   }
+  /// Says farewell for participants that have to give way. Called ahead of a packet of discovery.
+  template <typename Deliver>
+  void make_places(const Deliver& deliver) {
+    while (const auto one = guard_->memory().overdue_participant()) {
+      auto farewell = farewell_of(one->participant, one->number);
+      deliver(farewell);
+    }
+  }
+  bool sending(std::span<const std::uint8_t> packet, rtps::SenderResource& sender,
+               rtps::LocatorsIterator& begin, rtps::LocatorsIterator& end, const Pass& pass) override {
+    const rtps::SenderResource* first = nullptr;
+    if (first_sender_.compare_exchange_strong(first, &sender)) first = &sender;
+    if (first == &sender) {
+      guard_->memory().note(packet);
+      guard_->fragments().sending(packet);
+    }
+    if (!local_) return pass(begin, end);
+    const auto is_unicast = [](const rtps::Locator_t& to) {
+      return to.kind == LOCATOR_KIND_UDPv4 && !rtps::IPLocator::isMulticast(to);
+    };
+    // Fast DDS sends each packet through the sockets of all listed interfaces. On this machine each socket reaches every
+    // unicast address, so a packet would arrive as often as there are interfaces.
+    thread_local bool sent = false;
+    if (first != &sender && sent) return pass_on(begin, end, pass, std::not_fn(is_unicast));
+    PacketCork* cork = guard_->limits().encrypted ? nullptr : PacketCork::of_thread();
+    if (cork == nullptr) return sent = pass(begin, end);
+    return sent = pass_on(begin, end, pass, [&](const rtps::Locator_t& to) {
+             return !is_unicast(to) || !cork->hold(sender, to, packet, kLargestJoined_bytes);
+           });
+  }
+  /// To those of the addresses that are wanted.
+  template <typename Wanted>
+  static bool pass_on(rtps::LocatorsIterator& begin, rtps::LocatorsIterator& end, const Pass& pass,
+                      const Wanted& wanted) {
+    thread_local rtps::LocatorList_t addresses;
+    addresses.clear();
+    for (; begin != end; ++begin)
+      if (wanted(*begin)) addresses.push_back(*begin);
+    if (addresses.empty()) return true;
+    transports::Locators first(addresses.begin()), last(addresses.end());
+    return pass(first, last);
+  }
+  static constexpr std::size_t kLargestJoined_bytes = 60000;  ///< below the largest datagram
 
   std::shared_ptr<PacketGuard> guard_;
   std::optional<LocalAddresses> local_;
+  std::atomic<const rtps::SenderResource*> first_sender_{nullptr};
 };
 
 struct GuardTransportDescriptor final : public transports::ChainingTransportDescriptor {

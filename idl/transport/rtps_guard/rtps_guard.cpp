@@ -90,8 +90,13 @@ bool is_encapsulation(Bytes payload) {
 class PacketInspector {
  public:
   PacketInspector(Bytes packet, const GuardLimits& limits, RtpsSessionState* memory, std::uint8_t* rewrite,
-                  std::uint32_t now_s, TransportKind way)
-      : packet_(packet), limits_(limits), memory_(memory), rewrite_(rewrite), now_s_(now_s), way_(way) {}
+                  std::uint32_t now_s, const PacketOrigin& origin)
+      : packet_(packet),
+        limits_(limits),
+        memory_(memory),
+        rewrite_(rewrite),
+        now_s_(now_s),
+        origin_(origin) {}
 
   PacketReport inspect() {
     report_.flaw = check_packet();
@@ -106,6 +111,7 @@ class PacketInspector {
     if (packet_[4] != 2) return RtpsError::version;
     std::copy_n(packet_.begin() + kSenderAt, sender_.size(), sender_.begin());
     report_.size = packet_.size();
+    if (memory_ != nullptr && !memory_->sends_from(sender_, origin_)) return RtpsError::source;
     const RtpsError flaw = check_submessages();
     if (flaw == RtpsError::none || tail_ == 0) return flaw;
     cut_tail();
@@ -115,7 +121,7 @@ class PacketInspector {
   RtpsError check_submessages() {
     const Bytes from = packet_.subspan(kSenderAt, sender_.size());
     const bool fast_dds = packet_[6] == 1 && packet_[7] == 15;
-    const bool may_have_tail = fast_dds && way_ == TransportKind::shared_memory;
+    const bool may_have_tail = fast_dds && origin_.transport == TransportKind::shared_memory;
     std::size_t at = kRtpsHeaderBytes;
     while (at < packet_.size()) {
       if (may_have_tail && !prefixes_open_ && packet_.size() - at == kStatisticsBytes) {
@@ -180,8 +186,7 @@ class PacketInspector {
       case kInfoSource:
         if (body.size() != 20) return RtpsError::submessage;
         if (body[4] != 2) return RtpsError::version;
-        std::copy_n(body.begin() + 8, sender_.size(), sender_.begin());
-        return RtpsError::none;
+        return change_sender(body.subspan(8));
       case kSecureBody:
       case kSecurePrefix:
       case kSecurePostfix:
@@ -191,6 +196,13 @@ class PacketInspector {
       default:
         return RtpsError::none;  // of other vendors or versions: skipped by all participants
     }
+  }
+
+  /// The submessages that follow are of another participant. Only a discovery server relays them.
+  RtpsError change_sender(Bytes prefix) {
+    std::copy_n(prefix.begin(), sender_.size(), sender_.begin());
+    if (memory_ == nullptr || limits_.relayed_discovery) return RtpsError::none;
+    return memory_->sends_from(sender_, origin_) ? RtpsError::none : RtpsError::source;
   }
 
   /// A timestamp in the future becomes the present second. It is not removed: without timestamps Fast DDS
@@ -222,6 +234,7 @@ class PacketInspector {
       case kSecurePrefix:
         if (prefixes_open_ || body.size() < transformation) return RtpsError::submessage;
         prefixes_open_ = true;
+        if (memory_ != nullptr) memory_->answers(sender_);  // behind the handshake
         return RtpsError::none;
       case kSecurePostfix:
         if (!prefixes_open_) return RtpsError::submessage;
@@ -253,11 +266,13 @@ class PacketInspector {
   }
 
   RtpsError check_acknowledgement(WireCursor& cursor) {
-    cursor.skip(8);
+    const std::uint32_t reader = cursor.entity_id(), writer = cursor.entity_id();
     NumberSet set;
     if (!read_number_set(cursor, false, set)) return RtpsError::number_set;
     cursor.skip(4);
-    return cursor.ok() ? RtpsError::none : RtpsError::submessage;
+    if (!cursor.ok()) return RtpsError::submessage;
+    if (memory_ != nullptr && is_builtin(reader) && is_builtin(writer)) memory_->answers(sender_);
+    return RtpsError::none;
   }
 
   RtpsError check_gap(WireCursor& cursor) {
@@ -306,7 +321,10 @@ class PacketInspector {
     if (has_key) return payload.empty() ? RtpsError::payload : RtpsError::none;
     if (!has_data) return RtpsError::none;
     if (!is_encapsulation(payload)) return RtpsError::payload;
-    return check_payload(writer, payload, offset_ + cursor.position());
+    const RtpsError flaw = check_payload(writer, payload, offset_ + cursor.position());
+    const bool announces = writer == kParticipantWriter && flaw == RtpsError::none && memory_ != nullptr;
+    if (!announces || limits_.relayed_discovery) return flaw;
+    return memory_->has_place(sender_, origin_, number) ? RtpsError::none : RtpsError::crowded;
   }
 
   RtpsError check_data_fragment(WireCursor& cursor, std::uint8_t flags, Bytes body) {
@@ -409,7 +427,7 @@ class PacketInspector {
   RtpsSessionState* memory_;
   std::uint8_t* rewrite_;
   std::uint32_t now_s_;
-  TransportKind way_;
+  const PacketOrigin& origin_;
   PacketReport report_;
   GuidPrefixBytes sender_{};
   std::size_t offset_ = 0;      ///< of the present submessage's body
@@ -440,20 +458,22 @@ std::string_view to_string(RtpsError flaw) {
                                                                 "identity",
                                                                 "changed",
                                                                 "fragmented_discovery",
-                                                                "encrypted"};
+                                                                "encrypted",
+                                                                "source",
+                                                                "crowded"};
   const auto index = static_cast<std::size_t>(flaw);
   return index < names.size() ? names[index] : "unknown";
 }
 
 PacketReport inspect_packet(Bytes packet, const GuardLimits& limits, RtpsSessionState* memory,
-                            TransportKind way) noexcept {
+                            const PacketOrigin& origin) noexcept {
   constexpr auto kAnyTime = static_cast<std::uint32_t>(-1);
-  return PacketInspector(packet, limits, memory, nullptr, kAnyTime, way).inspect();
+  return PacketInspector(packet, limits, memory, nullptr, kAnyTime, origin).inspect();
 }
 
 PacketReport clean_packet(std::span<std::uint8_t> packet, const GuardLimits& limits, RtpsSessionState* memory,
-                          std::uint32_t now_s, TransportKind way) noexcept {
-  return PacketInspector(packet, limits, memory, packet.data(), now_s, way).inspect();
+                          std::uint32_t now_s, const PacketOrigin& origin) noexcept {
+  return PacketInspector(packet, limits, memory, packet.data(), now_s, origin).inspect();
 }
 
 }  // namespace takt

@@ -40,6 +40,8 @@ enum class RtpsError : std::uint8_t {
   changed,           ///< an endpoint that changes an immutable property: another topic or reliability
   fragmented_discovery,  ///< discovery data in pieces cannot be checked
   encrypted,             ///< encrypted, and this participant has no security
+  source,                ///< names a participant that sends from another address and port
+  crowded,               ///< announces a participant for which there is no place
   count_,
 };
 inline constexpr std::size_t kRtpsErrorCount = static_cast<std::size_t>(RtpsError::count_);
@@ -62,6 +64,14 @@ class RtpsSessionState;
 /// the place of its statistics (Fast-DDS #5759); they are cut off.
 enum class TransportKind : std::uint8_t { network, shared_memory };
 
+/// Where a packet came from.
+struct PacketOrigin {
+  PacketOrigin(TransportKind kind = TransportKind::network) : transport(kind) {}
+  TransportKind transport;
+  std::uint64_t source = 0;   ///< hash of the sender's address and port; 0: not known
+  std::uint64_t address = 0;  ///< hash of the address alone
+};
+
 struct PacketReport {
   RtpsError flaw = RtpsError::none;
   bool needs_cleaning = false;  ///< contains parameters that clean_packet() removes
@@ -73,13 +83,13 @@ struct PacketReport {
 
 /// `memory` may be null: fragments and requests for them are then checked one by one only.
 PacketReport inspect_packet(std::span<const std::uint8_t> packet, const GuardLimits& limits,
-                            RtpsSessionState* memory, TransportKind way = TransportKind::network) noexcept;
+                            RtpsSessionState* memory, const PacketOrigin& origin = {}) noexcept;
 
 /// The same, and removes parameters that takt does not need and that make Fast DDS crash or reject samples:
 /// type objects, type information, content filters and data sharing become padding, source timestamps after
 /// `now_s` (s since 1970) become `now_s` (a history keeps the latest sample: one from the future shuts out
 /// all others). Only useful for a packet without flaw.
 PacketReport clean_packet(std::span<std::uint8_t> packet, const GuardLimits& limits, RtpsSessionState* memory,
-                          std::uint32_t now_s, TransportKind way = TransportKind::network) noexcept;
+                          std::uint32_t now_s, const PacketOrigin& origin = {}) noexcept;
 
 }  // namespace takt

@@ -14,6 +14,16 @@ std::uint32_t uptime_s() {
   return static_cast<std::uint32_t>(now.tv_sec);
 }
 
+namespace {
+
+ParticipantPlaces::Prefix prefix_of(std::span<const std::uint8_t> guid) {
+  ParticipantPlaces::Prefix prefix{};
+  std::copy_n(guid.begin(), prefix.size(), prefix.begin());
+  return prefix;
+}
+
+}  // namespace
+
 std::uint64_t mixed(std::span<const std::uint8_t> bytes, std::uint64_t seed) {
   std::uint64_t key = 0xcbf29ce484222325ULL ^ seed;  // FNV-1a, and the bits stirred once more at the end
   for (const std::uint8_t byte : bytes) key = (key ^ byte) * 0x100000001b3ULL;
@@ -55,6 +65,33 @@ std::uint32_t RtpsSessionState::count(std::uint32_t writer, std::int64_t sequenc
   const std::lock_guard lock(mutex_);
   const Sent& entry = sent_[slot(writer, sequence_number)];
   return entry.writer == writer && entry.sequence_number == sequence_number ? entry.fragments : 0;
+}
+
+bool RtpsSessionState::sends_from(std::span<const std::uint8_t> sender, const PacketOrigin& origin) {
+  const bool here = origin.transport == TransportKind::shared_memory;
+  if (!here && origin.source == 0) return true;
+  const std::uint64_t participant = participant_key(sender);
+  const std::uint32_t now_s = now_s_();
+  const std::lock_guard lock(mutex_);
+  return sources_.admits(participant, here ? SourceTable::kSharedMemory : origin.source, now_s);
+}
+
+bool RtpsSessionState::has_place(const ParticipantPlaces::Prefix& sender, const PacketOrigin& origin,
+                                 std::int64_t number) {
+  const std::uint32_t now_s = now_s_();
+  const std::lock_guard lock(mutex_);
+  return places_.announced(sender, origin.address, number, now_s);
+}
+
+void RtpsSessionState::answers(const ParticipantPlaces::Prefix& sender) {
+  const std::lock_guard lock(mutex_);
+  places_.answered(sender);
+}
+
+std::optional<ParticipantPlaces::Farewell> RtpsSessionState::overdue_participant() {
+  const std::uint32_t now_s = now_s_();
+  const std::lock_guard lock(mutex_);
+  return places_.overdue(now_s);
 }
 
 bool RtpsSessionState::follows(const Sample& sample) {
@@ -99,6 +136,7 @@ void RtpsSessionState::know(std::span<const std::uint8_t> guid) {
   const std::uint64_t participant = participant_key(guid);
   const std::lock_guard lock(mutex_);
   if (participants_.find(participant) == nullptr) participants_.insert(participant);
+  places_.taken(prefix_of(guid));
 }
 
 void RtpsSessionState::forget(std::span<const std::uint8_t> guid) {
@@ -106,6 +144,8 @@ void RtpsSessionState::forget(std::span<const std::uint8_t> guid) {
   const std::lock_guard lock(mutex_);
   if (guid.back() == participant_kind) {
     forget(participant_key(guid), static_cast<std::uint32_t>(-1));
+    sources_.forget(participant_key(guid));
+    places_.left(prefix_of(guid));
   } else if (Endpoint* endpoint = endpoints_.find(mixed(guid, 0))) {
     endpoint->gone = true;
   }
@@ -116,6 +156,7 @@ void RtpsSessionState::forget_silent(std::span<const std::uint8_t> guid) {
   const std::uint32_t now_s = now_s_();
   const std::lock_guard lock(mutex_);
   forget(participant_key(guid), now_s - std::min(now_s, recent_s + 1));
+  places_.left(prefix_of(guid));
 }
 
 void RtpsSessionState::forget(std::uint64_t participant, std::uint32_t announced_until_s) {

@@ -7,6 +7,9 @@
 #include <span>
 
 #include "idl/transport/rtps_guard/lru_table.h"
+#include "idl/transport/rtps_guard/participant_places.h"
+#include "idl/transport/rtps_guard/rtps_guard.h"
+#include "idl/transport/rtps_guard/source_table.h"
 
 namespace takt {
 
@@ -35,6 +38,15 @@ class RtpsSessionState {
   void note(std::span<const std::uint8_t> packet);
   /// Number of fragments of that sample of that writer; 0: unknown.
   std::uint32_t count(std::uint32_t writer, std::int64_t sequence_number) const;
+
+  /// Whether packets that name this participant (GUID prefix) may come from there (SourceTable). Notes a packet.
+  bool sends_from(std::span<const std::uint8_t> sender, const PacketOrigin& origin);
+  /// Whether DDS may store this participant, which is announced (ParticipantPlaces).
+  bool has_place(const ParticipantPlaces::Prefix& sender, const PacketOrigin& origin, std::int64_t number);
+  /// This participant has received something of this one.
+  void answers(const ParticipantPlaces::Prefix& sender);
+  /// The next participant that has to give way.
+  std::optional<ParticipantPlaces::Farewell> overdue_participant();
 
   struct Sample {
     std::span<const std::uint8_t> sender;  ///< GUID prefix
@@ -97,6 +109,8 @@ class RtpsSessionState {
   LruTable<Endpoint, 1024, 16> endpoints_;
   LruTable<Sender, 64, 16> participants_;  ///< known to DDS, at most 256
   LruTable<Sender, 128> leaving_tails_;
+  SourceTable sources_;
+  ParticipantPlaces places_;
 };
 
 }  // namespace takt

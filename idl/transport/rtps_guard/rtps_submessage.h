@@ -75,4 +75,27 @@ inline bool speaks_of_discovery(std::span<const std::uint8_t> packet) {
   return false;
 }
 
+/// Whether the packet announces a participant and does nothing else. A participant of several sockets sends its
+/// announcements from each of them.
+inline bool only_announces(std::span<const std::uint8_t> packet) {
+  constexpr std::uint32_t participant_writer = 0x000100c2;
+  constexpr std::uint8_t has_data = 4;
+  bool announces = false;
+  std::size_t at = kRtpsHeaderBytes;
+  while (const auto submessage = submessage_at(packet, at)) {
+    at += kSubmessageHeadBytes;
+    if (submessage->id == kData) {
+      WireCursor cursor(packet.subspan(at, submessage->body_bytes), submessage->big_endian());
+      cursor.skip(8);
+      if (cursor.entity_id() != participant_writer || (submessage->flags & has_data) == 0) return false;
+      announces = true;
+    } else if (submessage->id != kInfoTimestamp && submessage->id != kInfoDestination &&
+               submessage->id != kFastDdsStatistics && submessage->id != kPad) {
+      return false;
+    }
+    at += submessage->body_bytes;
+  }
+  return announces;
+}
+
 }  // namespace takt

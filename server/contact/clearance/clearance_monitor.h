@@ -8,7 +8,6 @@
 // sweeping arm. Only then it computes a distance: in most steps none is computed. The events are the same,
 // bit for bit, as with all pairs computed in every step (`ask_always`).
 #include <cstdint>
-#include <functional>
 #include <span>
 #include <utility>
 #include <vector>

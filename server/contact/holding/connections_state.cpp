@@ -1,5 +1,4 @@
 // Saving and loading of Connections.
-#include <string>
 
 #include "plant_models/state_bytes.h"
 #include "server/contact/holding/connections.h"

@@ -1,7 +1,6 @@
 #include "server/contact/holding/partner_explanation.h"
 
 #include <algorithm>
-#include <array>
 #include <limits>
 #include <tuple>
 

@@ -1,7 +1,6 @@
 #include "server/contact/surface/contact_interaction.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 #include <stdexcept>
 

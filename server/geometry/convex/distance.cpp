@@ -1,7 +1,6 @@
 #include "server/geometry/convex/distance.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <stdexcept>
 

@@ -1,7 +1,6 @@
 #include "server/geometry/convex/epa_polytope.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace takt {
 

@@ -1,7 +1,6 @@
 #include "server/geometry/convex/query.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 

@@ -5,11 +5,11 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <fstream>
 #include <sstream>
 #include <string_view>
 #include <utility>
 
+#include "idl/common/bounded_file.h"
 #include "server/geometry/mesh/glb_reader.h"
 #include "server/geometry/mesh/obj_reader.h"
 #include "server/geometry/mesh/stl_reader.h"
@@ -33,18 +33,18 @@ Reader reader_of(const std::filesystem::path& file) {
   fail(file, "the format '" + extension + "' is not supported; allowed are .obj, .stl and .glb.");
 }
 
+/// As text, 4 million triangles take half of it.
+constexpr std::size_t kLargestMesh_MB = 1024;
+
 std::string read_file(const std::filesystem::path& file) {
   std::error_code error;
   const auto status = std::filesystem::status(file, error);
   if (status.type() == std::filesystem::file_type::not_found) fail(file, "there is no such file.");
   if (!std::filesystem::is_regular_file(status)) fail(file, "this is not a regular file.");
-  const std::uintmax_t size = std::filesystem::file_size(file, error);
-  std::string content(error ? 0 : size, '\0');
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream.read(content.data(), static_cast<std::streamsize>(content.size())) || error)
-    fail(file, "it cannot be read.");
-  if (content.find_first_not_of(" \t\r\n") == content.npos) fail(file, "the file is empty.");
-  return content;
+  FileText read = read_bounded_file(file, kLargestMesh_MB);
+  if (!read.problem.empty()) fail(file, read.problem + ".");
+  if (read.text.find_first_not_of(" \t\r\n") == read.text.npos) fail(file, "the file is empty.");
+  return std::move(read.text);
 }
 
 void apply_scale(const std::filesystem::path& file, double scale, NamedMesh& object) {

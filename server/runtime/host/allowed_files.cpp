@@ -1,9 +1,22 @@
 #include "server/runtime/host/allowed_files.h"
 
 #include <algorithm>
+#include <vector>
+
+#include "server/fields/field_value.h"
 
 namespace takt {
 namespace {
+
+constexpr std::size_t kLongestName_bytes = 255, kMostValues = 100'000;
+
+bool is_below(const std::filesystem::path& root, const std::filesystem::path& file) {
+  std::error_code error, no_root;
+  const auto top = std::filesystem::canonical(root, no_root),
+             whole = std::filesystem::weakly_canonical(file, error);
+  return !error && !no_root &&
+         std::mismatch(top.begin(), top.end(), whole.begin(), whole.end()).first == top.end();
+}
 
 std::string confine(std::string& uri, const std::filesystem::path& directory) {
   const std::filesystem::path file = file_of_uri(uri);
@@ -19,26 +32,80 @@ std::string confine(std::string& uri, const std::filesystem::path& directory) {
   return {};
 }
 
-/// A value that names a file elsewhere; names in scenarios are relative to the scenario.
-bool leaves(const std::string& text) {
-  const auto value = text.substr(std::min(text.find('=') + 1, text.size()));
-  return value.find("..") != std::string::npos || value.find('/') != std::string::npos;
+/// A name that leads out of the directory of a scenario, by itself or by a symbolic link there.
+bool name_leaves(const std::string& name, const std::filesystem::path& scenarios,
+                 const std::filesystem::path& beside) {
+  if (name.find("..") != std::string::npos || name.find('/') != std::string::npos) return true;
+  std::error_code error;
+  return name.size() <= kLongestName_bytes && std::filesystem::exists(beside / name, error) &&
+         !is_below(scenarios, beside / name);
+}
+
+/// A value that names a file elsewhere; names in scenarios are relative to the scenario. The value is read as the
+/// scenario is: in YAML "\x2f" is a slash.
+bool value_leaves(const YAML::Node& value, const std::filesystem::path& scenarios,
+                  const std::filesystem::path& beside) {
+  std::vector<YAML::Node> pending{value};
+  for (std::size_t looked = 0; !pending.empty(); ++looked) {
+    if (looked > kMostValues) return true;  // aliases of aliases, or a list of the same
+    const YAML::Node node = pending.back();
+    pending.pop_back();
+    if (node.IsScalar() && name_leaves(node.Scalar(), scenarios, beside)) return true;
+    for (const auto& entry : node) {
+      if (pending.size() > kMostValues) return true;
+      if (node.IsMap()) {
+        pending.push_back(entry.first);
+        pending.push_back(entry.second);
+      } else {
+        pending.push_back(entry);
+      }
+    }
+  }
+  return false;
+}
+
+/// An override without a readable value is refused where it is applied.
+bool override_leaves(const std::string& text, const std::filesystem::path& scenarios,
+                     const std::filesystem::path& scenario) {
+  try {
+    return value_leaves(parse_yaml(text.substr(std::min(text.find('=') + 1, text.size()))), scenarios,
+                        scenario.parent_path());
+  } catch (const YAML::Exception&) {
+    return false;
+  }
+}
+
+/// Reading a pipe or a device may wait or continue for ever, and one file is read at a time.
+std::string regular(const std::string& uri) {
+  const std::filesystem::path file = file_of_uri(uri);
+  std::error_code error;
+  const auto status = std::filesystem::status(file, error);
+  if (!std::filesystem::exists(status) || std::filesystem::is_regular_file(status) ||
+      std::filesystem::is_directory(status))
+    return {};  // the reader has a sentence for both
+  return "The file '" + file.string().substr(0, 200) +
+         "' is no regular file; the server reads no pipes and devices.";
 }
 
 }  // namespace
 
 std::string confine(requests::Any& request, const std::filesystem::path& directory) {
-  if (directory.empty()) return {};
-  if (auto* spawn = std::get_if<requests::SpawnEntity>(&request))
-    return spawn->uri ? confine(*spawn->uri, directory) : std::string();
   auto* load = std::get_if<requests::LoadScenario>(&request);
-  if (load == nullptr) return {};
-  for (const std::string& text : load->overrides) {
-    if (leaves(text))
-      return "The override '" + text.substr(0, 200) +
-             "' names a file in another directory; with a directory of scenarios that is not allowed.";
+  std::string* uri = load != nullptr ? &load->uri : nullptr;
+  if (auto* spawn = std::get_if<requests::SpawnEntity>(&request); spawn != nullptr && spawn->uri)
+    uri = &*spawn->uri;
+  if (uri == nullptr) return {};
+  if (!directory.empty()) {
+    if (std::string refused = confine(*uri, directory); !refused.empty()) return refused;
+    if (load != nullptr) {
+      for (const std::string& text : load->overrides) {
+        if (override_leaves(text, directory, load->uri))
+          return "The override '" + text.substr(0, 200) +
+                 "' names a file in another directory; with a directory of scenarios that is not allowed.";
+      }
+    }
   }
-  return confine(load->uri, directory);
+  return regular(*uri);
 }
 
 std::filesystem::path file_of_uri(std::string uri) {

@@ -9,7 +9,8 @@
 namespace takt {
 
 /// Relative names become names below `directory`. Returns a sentence with the reason if the request is not
-/// allowed, else an empty text. Links are resolved for the decision.
+/// allowed, else an empty text. Links are resolved for the decision, those that overrides name too. Pipes and devices are
+/// refused with and without a directory.
 std::string confine(requests::Any& request, const std::filesystem::path& directory);
 
 /// Without file:// in front.

@@ -39,7 +39,12 @@ std::optional<Rejection> CommandBuffer::append(const Command& command, std::uint
     const std::lock_guard lock(mutex_);
     Target& target = targets_[static_cast<std::size_t>(index)];
     if (target.sender == sender) newest = target.newest_stamp;
-    const bool stale = stamp.given() && stamp < newest && !(newest > present && stamp <= present);
+    const bool older = stamp.given() && stamp < newest;
+    // A newest stamp that lies in the future is outvoted by the present, and by two stamps in order.
+    const bool outvoted =
+        newest > present && (stamp <= present || (target.older_stamp.given() && stamp >= target.older_stamp));
+    const bool stale = older && !outvoted;
+    target.older_stamp = stale && newest > present ? stamp : SimTime{};
     if (!stale && waiting_.size() < capacity_) {
       waiting_.push_back({command, index, sender, received_ns});
       target.sender = sender;

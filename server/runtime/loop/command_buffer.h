@@ -32,8 +32,8 @@ class CommandBuffer {
 
   /// Any thread. Stores the command for the loop, or returns the reason of a refusal:
   /// - stale: its stamp is older than the newest accepted one of the same robot or gripper and the same
-  ///   sender. A stamp from the future (a foreign clock) does not make commands with the present or an
-  ///   earlier stamp stale.
+  ///   sender. A stamp from the future (a foreign clock, a forged command) does not make commands with the present or
+  ///   an earlier stamp stale, nor the second of two later ones in order.
   /// - malformed: the buffer is full, because the loop has not run for that many commands.
   /// `wake`: whether the loop has reason to look, see expect().
   std::optional<Rejection> append(const Command& command, std::uint64_t sender, std::int64_t received_ns,
@@ -60,6 +60,8 @@ class CommandBuffer {
  private:
   struct Target {
     SimTime newest_stamp;
+    SimTime
+        older_stamp;  ///< of the sender's last command, where it was refused for a newest stamp in the future
     std::uint64_t sender = 0;
   };
 

@@ -5,7 +5,6 @@
 #include "server/runtime/loop/scheduling.h"
 
 namespace takt {
-namespace {}  // namespace
 
 LoopControl::LoopControl(Simulation& simulation, LoopOutput& output, const RunLoopOptions& options,
                          std::atomic<bool>& stop)

@@ -1,6 +1,5 @@
 #include "server/runtime/requests/event.h"
 
-#include <cmath>
 #include <cstdio>
 #include <variant>
 

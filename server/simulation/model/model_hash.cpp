@@ -1,7 +1,5 @@
 #include "server/simulation/model/model_hash.h"
 
-#include <type_traits>
-
 #include "server/geometry/surface/contact_surface_data.h"
 #include "server/simulation/model/model_digest.h"
 

@@ -8,9 +8,8 @@
 
 #include "idl/common/text.h"
 #include "server/simulation/solver/adaptive_integrator.h"
+#include "server/simulation/solver/explicit_integrators.h"
 #include "server/simulation/solver/implicit_integrator.h"
-#include "server/simulation/solver/rk2_integrator.h"
-#include "server/simulation/solver/rk4_integrator.h"
 #include "server/simulation/solver/rosenbrock_integrator.h"
 
 namespace takt {

@@ -8,7 +8,6 @@
 //   The linearly implicit method of Euler, (I - h A) k = f + h f_t, x + h k: order 1. It dissipates the
 //   energy of unresolved motion.
 #include <limits>
-#include <memory>
 #include <span>
 #include <vector>
 

@@ -100,15 +100,13 @@ void error_text(int code, const char*, const char* function, char* text, void* u
 bool context_reports(SUNContext, System&) {
   return true;
 }
-bool cvode_reports(void* memory, System& system) {
-  return CVodeSetErrHandlerFn(memory, error_text, &system) == 0;
+template <auto set_handler>
+bool reports(void* memory, System& system) {
+  return set_handler(memory, error_text, &system) == 0;
 }
-bool arkode_reports(void* memory, System& system) {
-  return ARKStepSetErrHandlerFn(memory, error_text, &system) == 0;
-}
-bool ida_reports(void* memory, System& system) {
-  return IDASetErrHandlerFn(memory, error_text, &system) == 0;
-}
+constexpr auto cvode_reports = reports<CVodeSetErrHandlerFn>;
+constexpr auto arkode_reports = reports<ARKStepSetErrHandlerFn>;
+constexpr auto ida_reports = reports<IDASetErrHandlerFn>;
 #else
 void error_text(int, const char* function, const char*, const char* text, SUNErrCode code, void* user_data,
                 SUNContext) {
@@ -118,15 +116,10 @@ bool context_reports(SUNContext context, System& system) {
   return SUNContext_ClearErrHandlers(context) == 0 &&
          SUNContext_PushErrHandler(context, error_text, &system) == 0;
 }
-bool cvode_reports(void*, System&) {
+bool reports(void*, System&) {
   return true;
 }
-bool arkode_reports(void*, System&) {
-  return true;
-}
-bool ida_reports(void*, System&) {
-  return true;
-}
+constexpr auto cvode_reports = reports, arkode_reports = reports, ida_reports = reports;
 #endif
 
 int linear_system(sunrealtype t, N_Vector x, N_Vector f, SUNMatrix, sunbooleantype keep,

@@ -1,7 +1,6 @@
 #include "server/simulation/solver/velocity_system.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "server/simulation/solver/dense_lu.h"
 

@@ -6,7 +6,6 @@
 // is connected with any of them; Grounds do not move. So if one step left all states of a group unchanged,
 // bit for bit, the next step would do the same, and so on until a connection of the group changes. Unlike the
 // sleeping of physics engines this has no threshold: a moving Part never sleeps.
-#include <cstdint>
 #include <span>
 #include <vector>
 

@@ -1,6 +1,5 @@
 // The state as bytes, and changes of the state by the user.
 #include <cmath>
-#include <cstring>
 #include <string_view>
 
 #include "plant_models/state_bytes.h"

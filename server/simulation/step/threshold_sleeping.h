@@ -14,7 +14,6 @@
 // The error is the suppressed motion below that speed. For decaying motion it is the speed times the time
 // constant; for lasting motion, such as creeping by the regularised friction law, at most the speed times the
 // time asleep (1 um in 10 s with the default; faster creeping stays awake).
-#include <span>
 #include <vector>
 
 #include "idl/common/disjoint_sets.h"

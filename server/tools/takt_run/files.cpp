@@ -1,7 +1,6 @@
 // takt-run compare, check-mesh, write-scenario, schema, reference: commands that read or write files, and
 // simulate nothing. The options that several commands share.
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <fstream>
 #include <iostream>
 #include <memory>

@@ -1,0 +1,76 @@
+#pragma once
+// The steps of build_cell, each in a source of its own.
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "server/geometry/mesh/quality.h"
+#include "server/scenario/scenario.h"
+#include "server/scenario/urdf_arm.h"
+#include "server/simulation/model/cell_model.h"
+
+namespace takt {
+
+// mesh_diagnostics.cpp: meshes of components, with notes about repairs, and about defects that would falsify forces
+// of surface contact.
+
+/// The file's solid, repaired; a note for each repair and warning. Throws MeshError for a mesh that bounds no
+/// solid.
+TriangleMesh import_component_mesh(const std::string& component, const std::filesystem::path& file,
+                                   double scale, CellModel& cell);
+
+/// A note for each warning of check_mesh_quality.
+void note_contact_risks(const TriangleMesh& mesh, const MeshQualityOptions& options, CellModel& cell);
+
+// dynamics_builder.cpp: the dynamics of each robot, from its drives, power, grippers and trajectory.
+
+/// After all components, robots and grippers are in the cell. Throws ScenarioError with the reason if a robot
+/// of a process at LoD 2 or above cannot be dynamic; for a kinematic robot the model stores the reason.
+/// `arms`: by robot.
+void add_dynamics(const Scenario& scenario, const std::vector<UrdfArm>& arms, CellModel& cell);
+
+// contact_builder.cpp: surfaces and pairs, from the section on surface contact.
+
+/// Fills cell.contact if the scenario has a section `contact` or a process of level of detail 3. `meshes`: by
+/// component. Throws ScenarioError for names that fit no component or pair.
+void add_contact(const Scenario& scenario, const std::vector<TriangleMesh>& meshes, CellModel& cell);
+
+/// Fills GripperModel::friction, of jaws on Parts, from the section on surface contact, at every level.
+void add_grip_friction(const Scenario& scenario, CellModel& cell);
+
+/// Options of check_mesh_quality for the mesh of a component (a jaw: gripper/left_jaw): the edge to which it
+/// is divided, and whether it can carry elements. A role stated in the scenario replaces
+/// `usually_carries_elements`.
+MeshQualityOptions mesh_quality_options(const Scenario& scenario, const std::string& component,
+                                        const TriangleMesh& mesh, bool usually_carries_elements);
+
+// collision_checking.cpp: the bodies and pairs that a cell checks, from the section `collision_checking`.
+
+/// Fills cell.clearance and the names in its description, after components, pairs, robots and grippers.
+/// Checked are
+/// - Gripper with Ground: the report pairs of pair generation (thesis 3.2.2);
+/// - links of robots with Grounds, and links and grippers of one robot with those of another;
+/// - links and grippers with Parts (the monitor skips a Part while a gripper of the same robot holds it);
+/// - links and gripper of one robot with each other, unless the same or successive joints move them;
+/// - Parts with Parts and Grounds, by their meshes, unless a thread joins the two.
+/// `arms`: by robot; `meshes`: by component.
+/// Excluded are pairs without relative motion, and pairs that the scenario ignores. Throws ScenarioError for
+/// a name that fits no pair, UrdfError, MeshError.
+void add_collision_checking(const Scenario& scenario, const std::vector<UrdfArm>& arms,
+                            const std::vector<TriangleMesh>& meshes, CellModel& cell);
+
+/// True if the name is that of a Part deleted by request: rules that name it have no effect and are no
+/// mistake.
+bool fits_a_deleted_part(const Scenario& scenario, const std::string& pattern);
+
+// start_overlap.cpp: Parts that penetrate other Parts or Grounds at the start.
+
+/// Deeper than the contact margin and this share of the thinner body's thickness no fit is: a press fit has a
+/// thousandth or two of its diameter.
+inline constexpr double kLargestFit = 0.01;
+
+/// Fills cell.start_overlaps, with a note for each. The test uses the meshes (by component) at their initial
+/// poses and skips pairs that a thread joins or that `world.allow_overlap` names.
+void find_start_overlaps(const Scenario& scenario, const std::vector<TriangleMesh>& meshes, CellModel& cell);
+
+}  // namespace takt

@@ -1,0 +1,106 @@
+#!/usr/bin/env python3
+"""Shared memory of Fast DDS in hostile hands while a cell plays: garbage, missing files, no room.
+
+hostile_shared_memory.py BIN CONFIG
+"""
+import glob
+import os
+import random
+import sys
+import time
+
+import drill
+
+GARBAGE_S = 5.0
+
+
+def ports():
+    return [file for file in glob.glob("/dev/shm/fastrtps_port*") if not file.endswith("_el")]
+
+
+def segments():
+    return [file for file in glob.glob("/dev/shm/fastrtps_*") if "port" not in file and not file.endswith("_el")]
+
+
+def write_garbage(files, seed, whole=False):
+    """Random bytes at random places of these files for some seconds, as any program of the same user can write."""
+    rng = random.Random(seed)
+    end = time.monotonic() + GARBAGE_S
+    while time.monotonic() < end:
+        for file in files():
+            try:
+                size = os.path.getsize(file)
+                with open(file, "r+b") as out:
+                    length = size if whole else rng.randrange(1, 64)
+                    out.seek(0 if whole else rng.randrange(max(1, size - length)))
+                    out.write(rng.randbytes(length))
+            except OSError:
+                pass
+        time.sleep(0.02)
+
+
+def fill():
+    with open("/dev/shm/full", "wb") as out:
+        try:
+            while True:
+                out.write(b"\1" * (1 << 20))
+        except OSError:
+            pass
+
+
+def main():
+    drill.isolate()
+    d = drill.Drill("shared memory", *sys.argv[1:3])
+
+    def run(name, act, watcher=True, supervised=False):
+        for file in glob.glob("/dev/shm/*"):
+            os.unlink(file)
+        options = ("--supervised", "--snapshots", d.path("snapshots")) if supervised else ()
+        server = d.server(*options)
+        if server is None:
+            d.row(name, "no cell to begin with: " + d.log()[-60:].strip(), False)
+            return
+        others = [d.start("takt", "echo", "state", log="watch")] if watcher else []
+        after = d.served_on(name, server, act)
+        if supervised and after is not None:
+            d.row("  restarts", str(after["epoch"]), after["epoch"] > 0)
+        for other in [*others, server]:
+            d.end(other)
+
+    run("nothing (to compare with)", lambda: time.sleep(GARBAGE_S))
+    # Fast DDS asserts what it finds in a port. Only programs of the same user can write there; a supervised server is
+    # started again.
+    run("random bytes in ports", lambda: write_garbage(ports, 1), supervised=True)
+    run("ports overwritten as a whole", lambda: write_garbage(ports, 2, whole=True), supervised=True)
+    run("random bytes in segments", lambda: write_garbage(segments, 3))
+    run("segments overwritten as a whole", lambda: write_garbage(segments, 4, whole=True))
+
+    def unlink():
+        for file in glob.glob("/dev/shm/*"):
+            os.unlink(file)
+
+    def cut():
+        for file in ports() + segments():
+            os.truncate(file, 0)
+
+    run("all files unlinked", unlink)
+    run("files cut to nothing", cut, supervised=True)
+
+    def full():
+        fill()
+        time.sleep(3)
+
+    run("/dev/shm full while the cell plays", full)
+    for file in glob.glob("/dev/shm/*"):
+        os.unlink(file)
+    fill()
+    server = d.server()
+    if server is not None:
+        d.served_on("/dev/shm full before the start", server, lambda: time.sleep(1))
+    else:
+        d.row("/dev/shm full before the start", "not served: " + d.log()[-45:].strip().replace("\n", " "), False)
+    d.end(server)
+    d.finish()
+
+
+main()
