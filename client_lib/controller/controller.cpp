@@ -86,12 +86,14 @@ struct Controller::Impl {
     }
   }
 
-  /// The program starts from where the cell is: robots stand, grippers keep their width.
+  /// The program starts from where the cell is: robots stand, grippers keep their Part or their width.
   void start(const CellState& state) {
     for (size_t i = 0; i < robots.size(); ++i) robots[i].stand_at(state.robots[i].position);
     for (size_t i = 0; i < grippers.size(); ++i) {
+      const bool holds = state.grippers[i].closed && state.grippers[i].part >= 0;
       const double width = std::clamp(state.grippers[i].width, 0.0, cell.grippers[i].max_width);
-      grippers[i] = {static_cast<int>(i), GripperAction::width, width, cell.grippers[i].max_force};
+      grippers[i] = {static_cast<int>(i), holds ? GripperAction::close : GripperAction::width, width,
+                     cell.grippers[i].max_force};
     }
     started = true;
   }

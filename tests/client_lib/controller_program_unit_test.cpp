@@ -193,6 +193,22 @@ TEST(Program, EveryFieldOfTheMessagesIsReadableByItsName) {
   EXPECT_TRUE(controller.update(state).finished);
 }
 
+TEST(Program, AProgramBeginsWithTheHoldOfAGripper) {
+  const ProgramFile file(in_routine("r:wait(1)"));
+  const CellDescription cell = block_cell();
+  for (const bool closed : {true, false}) {
+    Controller controller(file.path(), cell);
+    IdealPlant plant(controller, cell);
+    plant.state().grippers[0].part = 7;
+    plant.state().grippers[0].width = 0.03;
+    plant.state().grippers[0].closed = closed;  // not closed: jaws that stand against a Part without a hold
+    const GripperSetPoint command = controller.update(plant.state()).grippers.at(0);
+    EXPECT_EQ(command.verb, closed ? GripperAction::close : GripperAction::width);
+    EXPECT_EQ(command.width_m, 0.03);
+    EXPECT_EQ(command.max_force_N, cell.grippers[0].max_force);
+  }
+}
+
 TEST(Program, StandingCommandsAreSentEveryPeriod) {
   const ProgramFile file(in_routine("r:wait(1) r.gripper:width(0.06) r:wait(1) r.gripper:open() r:wait(1)"));
   const CellDescription cell = block_cell();

@@ -91,9 +91,8 @@ async function allWork(running) {
 function permutations(list) {
   return list.length < 2 ? [list] : list.flatMap((first, i) => permutations(list.toSpliced(i, 1)).map((rest) => [first, ...rest]));
 }
-const turned = (list) => list.map((_, i) => [...list.slice(i), ...list.slice(0, i)]);
-// Otherwise a few, in which each comes before and after each other one.
-const orders = process.argv.includes('--all') ? permutations(NAMES) : [...turned(NAMES).filter((_, i) => i % 2 === 0), [...NAMES].reverse()];
+// Otherwise two, in which each comes before and after each other one.
+const orders = process.argv.includes('--all') ? permutations(NAMES) : [NAMES, [...NAMES].reverse()];
 
 for (const order of orders) {
   const running = {};

@@ -1,8 +1,8 @@
 // The picture of takt view in Debian's Chromium: screenshots, section, following a part, and the link to a view.
 import {strict as assert} from 'node:assert';
-import {readFileSync} from 'node:fs';
+import {readFileSync, writeFileSync} from 'node:fs';
 import {chromium, executable, visit} from './browser.mjs';
-import {program, server, start, stop, takt, view} from './processes.mjs';
+import {server, start, stop, takt, view} from './processes.mjs';
 
 const browser = await chromium.launch(executable());
 const begun = Date.now();
@@ -13,22 +13,33 @@ const running = await server('--paused');
 const {child: bridge, url} = await view();
 const wide = {width: 1600, height: 500};  // what the page says must not make its head a line higher, and the canvas smaller
 const {page, problems, until, ask, pixels} = await visit(browser, url, wide);
-const controller = await start('takt-controller', [program]);
 const distance = (a, b) => Math.hypot(...a.map((value, i) => value - b[i]));
-// On until P is further along in time and space; how far it has moved when the cell stands.
-async function go(time, far) {
-  const from = Object.values(takt('state').components.P.position);
-  await page.click('#play');
-  await until(([t, place, d]) => takt.last.state.time > t && Math.hypot(...takt.place('P').map((value, i) => value - place[i])) > d, [time, from, far]);
+const placeOfP = () => Object.values(takt('state').components.P.position);
+// Robot1 carries out a program to its end and holds still; the page shows where the cell stands then. How far P has moved.
+async function go(lines) {
+  writeFileSync('go.lua', `
+local LIFT = {speed_m_per_s = 0.25, acceleration_m_per_s2 = 1.0}
+local grip = pose{x = -0.22, y = 0.20, z = 0.7} * pose{z = 0.054, roll = math.pi}
+routine("Robot1", function(r)
+  ${lines}
+end)
+`);
+  const from = placeOfP();
+  const controller = await start('takt-controller', ['go.lua', '--start', '--timeout', '600']);
+  assert.equal(await controller.ended, 0, controller.text);
   await page.click('#pause');
   await until(() => takt.last.status.state === 2);
-  const state = takt('state');
-  await until((step) => takt.last.state.step === BigInt(step), state.step);
-  return distance(from, Object.values(state.components.P.position));
+  const {step} = takt('state');
+  await until((shown) => takt.last.state.step === BigInt(shown), step);
+  return distance(from, placeOfP());
 }
-await page.fill('#factor', '2');
-await page.locator('#factor').blur();
-await go(4.2, 0);
+await go(`r.gripper:width(0.06)
+  r:move_to(grip:offset(0, 0, 0.12), {speed = 0.5, acceleration_rad_per_s2 = 2})
+  r:move_line(grip, LIFT)
+  r.gripper:close()
+  r:wait(0.4)
+  r:move_line(grip:offset(0, 0, 0.15), LIFT)`);
+const carryTo = (x) => go(`r:move_line(grip:offset(${x}, 0, 0.15), LIFT)`);
 await until(() => document.querySelector('#graph').textContent.includes('Gripper1'));
 
 stage('screenshot');
@@ -86,10 +97,10 @@ const onScreen = () => ask(() => {
 });
 const seen = async () => ({at: await onScreen(), picture: await pixels(), camera: await ask(() => takt.cell.view().camera)});
 const first = await seen();
-await go(0, 0.05);
+assert.ok(await carryTo(0.1) > 0.09);
 const free = await seen();
 await page.selectOption('#follow', 'P');
-await go(0, 0.05);
+assert.ok(await carryTo(0.2) > 0.09);
 const followed = await seen();
 await page.selectOption('#follow', '');
 assert.deepEqual(free.camera, first.camera);
@@ -130,7 +141,6 @@ assert.ok(same.same, 'pictures of one size');
 assert.ok(same.part < 0.01, `${same.part} of the pixels differ`);
 assert.deepEqual([...problems, ...visitor.problems], []);
 await browser.close();
-await stop(controller);
 await stop(running);
 await stop(bridge);
 console.log(`screenshot, section, following and link; of the link's picture ${(100 * same.part).toFixed(2)} % differ`);
