@@ -23,7 +23,7 @@ set(TAKT_TESTS_ONLY_LONG
 # Suites of files with tests/support/effort.h: their long forms run with ./dev test --long.
 set(TAKT_TESTS_WITH_LONG_FORM
   "^client_lib\\.LuaLibraries\\."
-  "^config\\.ContactScenePoses\\."
+  "^config\\.(ContactScenePoses|Shipped/RefinedPeaks)\\."
   "^contact\\.(ContactEnergy|InteractionAlgorithmsProperty|PolygonalContactLaws)\\."
   "^dds\\.BadCommands"
   "^geometry\\.(ConvexOverlap|ConvexQuery)\\."

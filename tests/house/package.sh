@@ -11,9 +11,10 @@ done
 place=$(mktemp -d)
 server=
 trap '[[ -z $server ]] || kill "$server" 2>/dev/null || true; rm -rf "$place"' EXIT
-# The package that `cpack -G DEB` makes of the present build tree.
+# The package that `cpack -G DEB` makes of the present build tree, compressed in less time.
 cmake --install "$build" --prefix "$place/stage/usr" >"$place/log" || { cat "$place/log"; exit 1; }
 (cd "$place" && cpack --config "$build/CPackConfig.cmake" -G DEB -B "$place" -D CPACK_INSTALL_CMAKE_PROJECTS= \
+  -D CPACK_DEBIAN_COMPRESSION_TYPE=gzip \
   -D "CPACK_INSTALLED_DIRECTORIES=$place/stage;/") >"$place/log" 2>&1 || { cat "$place/log"; exit 1; }
 package=$(echo "$place"/takt_*_*.deb)
 field() { dpkg-deb --field "$package" "$1"; }

@@ -75,14 +75,19 @@ TEST_F(ClientObservation, TheErrorOfAnUnknownCellNamesTheKnownOnes) {
   takt::ClientOptions wrong = options();
   wrong.cell = "nowhere";
   wrong.timeout = Seconds{3.0};
-  try {
-    const Client client(wrong);
-    FAIL() << "connected to a cell that does not exist";
-  } catch (const ClientError& error) {
-    EXPECT_EQ(error.kind(), ClientError::Kind::not_found);
-    EXPECT_NE(std::string(error.what()).find("'nowhere'"), std::string::npos) << error.what();
-    EXPECT_NE(std::string(error.what()).find("'" + name_ + "'"), std::string::npos) << error.what();
+  std::string sentence;
+  constexpr int kAttempts = 20;  // discovery of the known ones may take longer on a loaded machine
+  for (int i = 0; i < kAttempts && sentence.find("'" + name_ + "'") == std::string::npos; ++i) {
+    try {
+      const Client client(wrong);
+      FAIL() << "connected to a cell that does not exist";
+    } catch (const ClientError& error) {
+      EXPECT_EQ(error.kind(), ClientError::Kind::not_found);
+      sentence = error.what();
+    }
   }
+  EXPECT_NE(sentence.find("'nowhere'"), std::string::npos) << sentence;
+  EXPECT_NE(sentence.find("'" + name_ + "'"), std::string::npos) << sentence;
 }
 
 TEST_F(ClientObservation, CellsOfADomainAreListed) {

@@ -155,6 +155,15 @@ std::string timeout_of(LockstepController& controller) {
   return "";
 }
 
+/// advance() of a cell that goes on; on a loaded machine its answer may take longer than one time-out.
+const State& advanced(LockstepController& controller) {
+  constexpr int kAttempts = 30;
+  std::string late = "no attempt";
+  for (int i = 0; i < kAttempts && !late.empty(); ++i) late = timeout_of(controller);
+  EXPECT_EQ(late, "");
+  return controller.state();
+}
+
 TEST_F(WireCommands, ALockstepControllerTimesOutWhileAnotherIsSilent) {
   int looks = 0;
   ClientOptions options = test::client_options();
@@ -162,7 +171,7 @@ TEST_F(WireCommands, ALockstepControllerTimesOutWhileAnotherIsSilent) {
   takt::Client looking(options);
   LockstepController controller(
       looking, {.targets = {"Gripper1"}, .period_s = 0.01, .name = "patient", .timeout = Seconds{2.0}});
-  controller.advance();
+  advanced(controller);
   LockstepController silent(
       *client_, {.targets = {"Chamber"}, .period_s = 0.01, .name = "silent", .timeout = kGenerous});
   const auto begin = std::chrono::steady_clock::now();
@@ -174,7 +183,7 @@ TEST_F(WireCommands, ALockstepControllerTimesOutWhileAnotherIsSilent) {
   EXPECT_GE(looks, 1);
   // The other answers after all: both continue, and no boundary was skipped.
   EXPECT_EQ(timeout_of(silent), "");
-  EXPECT_NEAR(controller.advance().time, 0.02, 1e-12);
+  EXPECT_NEAR(advanced(controller).time, 0.02, 1e-12);
   EXPECT_NEAR(silent.state().time, 0.02, 1e-12);
 }
 
@@ -185,7 +194,7 @@ TEST_F(WireCommands, ALockstepControllerTimesOutOnAPausedCell) {
   const std::string late = timeout_of(controller);
   EXPECT_NE(late.find("it stands at 0 s and is paused."), std::string::npos) << late;
   client_->play();
-  EXPECT_NEAR(controller.advance().time, 0.01, 1e-12);
+  EXPECT_NEAR(advanced(controller).time, 0.01, 1e-12);
 }
 
 TEST_F(WireCommands, FramesFormATreeFromTheWorldToEveryLink) {

@@ -1,31 +1,18 @@
 #include "idl/transport/fastdds/identity_fault.h"
 
-#include <openssl/bio.h>
 #include <openssl/pem.h>
-#include <openssl/pkcs7.h>
-#include <openssl/x509.h>
 
 #include <charconv>
 #include <ctime>
-#include <memory>
 #include <optional>
 #include <string_view>
+
+#include "idl/transport/fastdds/openssl_owners.h"
 
 namespace takt {
 namespace {
 
-template <auto Free>
-struct Freed {
-  template <typename Object>
-  void operator()(Object* object) const {
-    Free(object);
-  }
-};
-using Bio = std::unique_ptr<BIO, Freed<BIO_free_all>>;
-using Certificate = std::unique_ptr<X509, Freed<X509_free>>;
-using Key = std::unique_ptr<EVP_PKEY, Freed<EVP_PKEY_free>>;
-using Signed = std::unique_ptr<PKCS7, Freed<PKCS7_free>>;
-using Store = std::unique_ptr<X509_STORE, Freed<X509_STORE_free>>;
+using namespace openssl;
 
 Bio open(const std::filesystem::path& file) {
   return Bio(BIO_new_file(file.c_str(), "r"));

@@ -1,11 +1,9 @@
 #include "idl/transport/fastdds/local_authority.h"
 
 #include <fcntl.h>
-#include <openssl/bio.h>
 #include <openssl/ec.h>
 #include <openssl/evp.h>
 #include <openssl/pem.h>
-#include <openssl/pkcs7.h>
 #include <openssl/rand.h>
 #include <openssl/x509v3.h>
 #include <sys/file.h>
@@ -15,8 +13,8 @@
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
-#include <memory>
 
+#include "idl/transport/fastdds/openssl_owners.h"
 #include "idl/transport/fastdds/security.h"
 #include "security_documents.h"
 
@@ -25,18 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-template <auto Free>
-struct Freed {
-  template <typename Object>
-  void operator()(Object* object) const {
-    Free(object);
-  }
-};
-using Bio = std::unique_ptr<BIO, Freed<BIO_free_all>>;
-using Certificate = std::unique_ptr<X509, Freed<X509_free>>;
-using Key = std::unique_ptr<EVP_PKEY, Freed<EVP_PKEY_free>>;
-using Signed = std::unique_ptr<PKCS7, Freed<PKCS7_free>>;
-using Extension = std::unique_ptr<X509_EXTENSION, Freed<X509_EXTENSION_free>>;
+using namespace openssl;
 
 [[noreturn]] void fail(const std::string& sentence) {
   throw SecurityError(sentence);
