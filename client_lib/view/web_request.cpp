@@ -107,7 +107,7 @@ void WebRequest::answer() {
 }
 
 void WebRequest::upgrade(std::string_view host) {
-  if (sessions_.full()) {
+  if (!sessions_.make_room()) {
     send(http::status::service_unavailable, "text/plain", "Too many look already.\n");
     return;
   }

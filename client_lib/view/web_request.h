@@ -20,7 +20,8 @@ class WebRequest : public std::enable_shared_from_this<WebRequest> {
   /// Receives the connections that ask for a WebSocket.
   class Sessions {
    public:
-    virtual bool full() const = 0;
+    /// Whether there is a place for one more; idle connections may lose theirs.
+    virtual bool make_room() = 0;
     virtual void enter(boost::asio::ip::tcp::socket&& socket, const Message& request, bool may_control) = 0;
 
    protected:

@@ -58,7 +58,7 @@ struct WebServer::Impl final : WebRequest::Sessions {
   void accept();
   void welcome(tcp::socket&& socket);
   void run();
-  bool full() const override { return entering + sessions.size() >= kMaxSessions; }
+  bool make_room() override;
   void enter(tcp::socket&& socket, const WebRequest::Message& request, bool may_control) override;
   void tick();
   void work();
@@ -161,6 +161,10 @@ class WebServer::Impl::Session : public std::enable_shared_from_this<Session> {
     }
   }
 
+  /// In the order in which they came.
+  std::uint64_t number() const { return number_; }
+  bool watches() const { return !watched_.empty(); }
+
   void leave() {
     for (const auto& [channel, watched] : watched_) owner_.stream.set_wanted(channel, false);
     watched_.clear();
@@ -183,7 +187,8 @@ class WebServer::Impl::Session : public std::enable_shared_from_this<Session> {
   void greet() {
     foxglove::Texts metadata = owner_.options.metadata;
     metadata.emplace_back("control", may_control_ ? "true" : "false");
-    say(foxglove::server_info(owner_.options.name, std::to_string(++owner_.session_count), metadata));
+    number_ = ++owner_.session_count;
+    say(foxglove::server_info(owner_.options.name, std::to_string(number_), metadata));
     advertise();
     if (may_control_) say(foxglove::advertise_control());
   }
@@ -286,6 +291,7 @@ class WebServer::Impl::Session : public std::enable_shared_from_this<Session> {
   std::deque<Waiting> waiting_;
   std::map<std::uint32_t, Watched> watched_;
   std::vector<Sample> samples_;
+  std::uint64_t number_ = 0;
   std::size_t advertised_ = 0, said_bytes_ = 0, asked_ = 0, asked_bytes_ = 0;
   bool may_control_ = false;
 };
@@ -347,6 +353,16 @@ void WebServer::Impl::welcome(tcp::socket&& socket) {
   request->read();
 }
 
+/// Where all places are taken, the first of the viewers that subscribe to nothing loses its own.
+bool WebServer::Impl::make_room() {
+  if (entering + sessions.size() < kMaxSessions) return true;
+  std::shared_ptr<Session> leaving;
+  for (const auto& session : sessions)
+    if (!session->watches() && (!leaving || session->number() < leaving->number())) leaving = session;
+  remove(leaving);
+  return leaving != nullptr;
+}
+
 void WebServer::Impl::enter(tcp::socket&& socket, const WebRequest::Message& request, bool may_control) {
   std::make_shared<Session>(*this, std::move(socket))->run(request, may_control);
 }
@@ -371,7 +387,7 @@ void WebServer::Impl::add(const std::shared_ptr<Session>& session) {
 }
 
 void WebServer::Impl::remove(const std::shared_ptr<Session>& session) {
-  if (sessions.erase(session) > 0) session->leave();
+  if (session && sessions.erase(session) > 0) session->leave();
 }
 
 /// The timer runs while a viewer is connected.

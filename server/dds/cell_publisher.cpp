@@ -65,14 +65,12 @@ void CellPublisher::make_writers(const TopicNames& names) {
 }
 
 void CellPublisher::remove_writers() {
+  for (ReaderCount& readers : counts_) readers.retire();
   for (dds::DataWriter* writer : {pressures_.writer, clock_.writer, tf_.writer, tf_static_writer_})
     participant_.remove(writer);
   for (const Output& output : instants_) participant_.remove(output.writer);
   for (const Output& output : joints_) participant_.remove(output.writer);
   for (dds::DataWriter* writer : urdf_writers_) participant_.remove(writer);
-  // DDS does not report the end of a match by the end of our own writer.
-  for (const ReaderCount& readers : counts_)
-    loop_.output().outbound->instant_readers.change(-readers.present());
 }
 
 void CellPublisher::write(const Snapshot& snapshot) {

@@ -2,6 +2,7 @@
 // The matched readers of a writer, without a question to DDS.
 #include <atomic>
 #include <functional>
+#include <mutex>
 #include <utility>
 
 #include "idl/transport/fastdds/fastdds.h"
@@ -22,14 +23,28 @@ class ReaderCount final : public dds::DataWriterListener {
 
   /// Changes are summed up: two threads of DDS may report theirs in either order.
   void on_publication_matched(dds::DataWriter*, const dds::PublicationMatchedStatus& status) override {
+    const std::lock_guard lock(mutex_);
+    if (retired_) return;
     const int change = status.current_count_change;
-    count_.fetch_add(change);
     if (change > 0) arrivals_.fetch_add(change);
-    if (on_change_) on_change_(change);
+    add(change);
+  }
+  /// The writer goes: DDS does not report the end of its matches. Its readers have gone, and none comes.
+  void retire() {
+    const std::lock_guard lock(mutex_);
+    retired_ = true;
+    add(-present());
   }
 
  private:
+  void add(int change) {
+    count_.fetch_add(change);
+    if (on_change_) on_change_(change);
+  }
+
   const OnChange on_change_;
+  std::mutex mutex_;
+  bool retired_ = false;  // guarded by mutex_
   std::atomic<int> count_{0}, arrivals_{0};
 };
 

@@ -171,6 +171,41 @@ TEST_F(Viewer, TheOldestSilentConnectionIsClosed) {
   EXPECT_TRUE(says(silent.back().ask("/"), "the page"));
 }
 
+TEST_F(Viewer, TheFirstViewerWithoutASubscriptionMakesRoom) {
+  start();
+  WebClient watching(port_);
+  ASSERT_TRUE(says(watching.open(), "101 Switching"));
+  watching.say(R"({"op": "subscribe", "subscriptions": [{"id": 1, "channelId": 1}]})");
+  watching.say("x");
+  ASSERT_TRUE(says(watching.hear_of("not understood"), "status"));
+  std::list<WebClient> idle;
+  for (int i = 0; i < 250; ++i) ASSERT_TRUE(says(idle.emplace_back(port_).open(), "101 Switching")) << i;
+  EXPECT_TRUE(idle.front().ended());
+  idle.back().say("x");
+  EXPECT_TRUE(says(idle.back().hear_of("not understood"), "status"));
+  watching.say("x");
+  EXPECT_TRUE(says(watching.hear_of("not understood"), "status"));
+}
+
+TEST_F(Viewer, HugeAndEndlessMessagesEndTheirConnectionAlone) {
+  start();
+  WebClient other(port_);
+  ASSERT_TRUE(says(other.open(), "101 Switching"));
+  const std::string no_mask(4, '\0');
+  WebClient huge(port_);
+  ASSERT_TRUE(says(huge.open(), "101 Switching"));
+  huge.send("\x81\xff" + std::string("\x00\x00\x01\x00\x00\x00\x00\x00", 8) + no_mask);  // of 2^40 bytes
+  EXPECT_TRUE(huge.ended());
+  WebClient endless(port_);
+  ASSERT_TRUE(says(endless.open(), "101 Switching"));
+  for (int i = 0; i < 64; ++i)  // one message, 4 MB so far
+    endless.send((i == 0 ? "\x01" : std::string(1, '\0')) + "\xfe\xff\xff" + no_mask +
+                 std::string(65535, ' '));
+  EXPECT_TRUE(endless.ended());
+  other.say("x");
+  EXPECT_TRUE(says(other.hear_of("not understood"), "status"));
+}
+
 /// The server in this process, with a control that takes its time.
 class Server : public testing::Test {
  protected:

@@ -327,5 +327,25 @@ TEST(ScenarioChoices, ChoicesOfTheCommandLineApplyToTheContactLevel) {
   EXPECT_EQ(finer.contact_solver.tolerance, 1e-9);
 }
 
+TEST(ScenarioMistakes, FilesThatGrowWhileTheyAreReadAreRefused) {
+  // Nine aliases of nine aliases, twelve times: 2.8e11 values behind them.
+  std::string bomb = "&l0 [1, 1, 1, 1, 1, 1, 1, 1, 1]";
+  for (int i = 1; i < 12; ++i) {
+    std::string next = "&l" + std::to_string(i) + " [" + bomb;
+    for (int k = 0; k < 8; ++k) next += ", *l" + std::to_string(i - 1);
+    bomb = next + "]";
+  }
+  for (const std::string key : {"parts", "world", "solver", "robots", "name", "extra"})
+    EXPECT_THAT(mistake_in(key + ": " + bomb + "\n"), HasSubstr("cell.yaml:3:")) << key;
+  EXPECT_THAT(mistake_in("", {"parts=" + bomb}), HasSubstr("found a list of 9 values"));
+  constexpr int kDeep = 100'000, kMany = 1'000'001;
+  EXPECT_THAT(mistake_in("parts: " + std::string(kDeep, '[') + std::string(kDeep, ']') + "\n"),
+              HasSubstr("cell.yaml:3:"));
+  std::string many = "parts: [";
+  for (int i = 0; i < kMany; ++i) many += "1,";
+  EXPECT_THAT(mistake_in(many + "]\n"), HasSubstr("more than 1000000 values"));
+  EXPECT_THAT(mistake_in("# " + std::string(17'000'000, 'x') + "\n"), HasSubstr("16 MB"));
+}
+
 }  // namespace
 }  // namespace takt
