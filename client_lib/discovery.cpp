@@ -1,7 +1,12 @@
 #include "client_lib/discovery.h"
 
+#include <fastdds/rtps/attributes/RTPSParticipantAttributes.h>
+
 #include <algorithm>
 #include <condition_variable>
+#include <fstream>
+#include <set>
+#include <sstream>
 
 #include "client_lib/client.h"
 #include "idl/transport/fastdds/server_participant.h"
@@ -57,6 +62,29 @@ bool all_answered(const std::map<std::string, std::optional<Status>>& found,
          std::all_of(found.begin(), found.end(), [](const auto& cell) { return cell.second.has_value(); });
 }
 
+/// The number of participants of the domain on this machine, by their ports of discovery; 0 where the kernel does not say.
+std::size_t participants_of_this_machine(int domain) {
+  constexpr std::uint32_t kMaxParticipants = 120;  // the ports of a domain
+  constexpr int kHexadecimal = 16;
+  std::ifstream sockets("/proc/net/udp");
+  std::string line;
+  std::getline(sockets, line);  // the names of the columns
+  std::set<std::uint32_t> ports;
+  while (std::getline(sockets, line)) {
+    std::string number, local;
+    std::istringstream(line) >> number >> local;
+    const std::size_t colon = local.find(':');
+    if (colon != std::string::npos)
+      ports.insert(
+          static_cast<std::uint32_t>(std::strtoul(local.c_str() + colon + 1, nullptr, kHexadecimal)));
+  }
+  const rtps::PortParameters of_rtps;
+  std::size_t count = 0;
+  for (std::uint32_t id = 0; id < kMaxParticipants; ++id)
+    count += ports.count(of_rtps.getUnicastPort(static_cast<std::uint32_t>(domain), id));
+  return count;
+}
+
 }  // namespace
 
 std::vector<FoundCell> list_cells(int domain, Seconds duration, const std::string& profiles_file,
@@ -65,6 +93,8 @@ std::vector<FoundCell> list_cells(int domain, Seconds duration, const std::strin
   using Clock = std::chrono::steady_clock;
   // Below this an answer is no measure for the others: announcements are repeated each 100 ms.
   constexpr std::chrono::milliseconds kShortestQuiet{150}, kLook{10};
+  // A port of this machine without a participant that this one can discover is not waited for any longer.
+  constexpr std::chrono::seconds kDiscovery{2};
   const auto began = Clock::now();
   std::mutex mutex;
   std::condition_variable changed;
@@ -82,6 +112,8 @@ std::vector<FoundCell> list_cells(int domain, Seconds duration, const std::strin
   client::Link link(domain, "takt-list", {profiles_file, secure_directory, profile}, &watch);
 
   const auto deadline = began + std::chrono::duration_cast<Clock::duration>(duration);
+  const std::size_t on_this_machine =
+      participants_of_this_machine(domain);  // this one included, as in the names
   std::size_t participants = 0;
   std::unique_lock lock(mutex);
   for (;;) {
@@ -107,7 +139,9 @@ std::vector<FoundCell> list_cells(int domain, Seconds duration, const std::strin
     if (names.size() > participants) newest = now;
     participants = std::max(participants, names.size());
     const auto quiet = std::max<Clock::duration>(kShortestQuiet, newest - began);
-    if (now >= deadline || (all_answered(found, servers, names) && now >= newest + quiet)) break;
+    const bool all_discovered = participants >= on_this_machine || now >= began + kDiscovery;
+    const bool all_found = all_discovered && all_answered(found, servers, names);
+    if (now >= deadline || (all_found && now >= newest + quiet)) break;
     changed.wait_until(lock, std::min(deadline, now + kLook), [&] { return announced; });
   }
 
