@@ -93,7 +93,7 @@ TEST_F(ClientObservation, TheErrorOfAnUnknownCellNamesTheKnownOnes) {
 TEST_F(ClientObservation, CellsOfADomainAreListed) {
   server_ = std::make_unique<ScriptedCell>(name_, small_description(name_));
   // The list ends when all have answered, long before its time is over.
-  const auto cells = takt::list_cells(static_cast<int>(test_domain()), Seconds{1e6});
+  const auto cells = takt::list_cells(static_cast<int>(test_domain()), kGenerous);
   const auto found =
       std::find_if(cells.begin(), cells.end(), [&](const auto& cell) { return cell.name == name_; });
   ASSERT_NE(found, cells.end());
