@@ -7,17 +7,15 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
-#include <condition_variable>
 #include <cstdio>
-#include <mutex>
 #include <string>
 #include <vector>
 
 #include "idl/common/cdr.h"
-#include "idl/transport/fastdds/topic_qos.h"
 #include "ros2_msgs.h"
 #include "takt_msgs.h"
 #include "takt_topics.h"
+#include "tests/performance/raw_dds.h"
 
 namespace takt {
 namespace {
@@ -30,71 +28,8 @@ struct Options {
   bool udp = false;
 };
 
-/// The number of the newest sample, for the thread that waits for it.
-template <typename Message>
-class Newest final : public dds::DataReaderListener {
- public:
-  void on_data_available(dds::DataReader* reader) override {
-    dds::SampleInfo info;
-    while (is_ok(reader->take_next_sample(&message_, &info))) {
-      if (!info.valid_data) continue;
-      const std::lock_guard lock(mutex_);
-      ++count_;
-      arrived_.notify_all();
-    }
-  }
-  /// False after this time of silence.
-  bool wait_beyond(std::uint64_t count, std::chrono::milliseconds limit = std::chrono::seconds(1)) {
-    std::unique_lock lock(mutex_);
-    return arrived_.wait_for(lock, limit, [&] { return count_ > count; });
-  }
-  std::uint64_t count() {
-    const std::lock_guard lock(mutex_);
-    return count_;
-  }
-
- private:
-  Message message_;
-  std::mutex mutex_;
-  std::condition_variable arrived_;
-  std::uint64_t count_ = 0;
-};
-
-class Node {
- public:
-  explicit Node(const Options& options) {
-    dds::DomainParticipantQos qos;
-    if (options.udp) {
-      qos.transport().use_builtin_transports = false;
-      qos.transport().user_transports.push_back(std::make_shared<transports::UDPv4TransportDescriptor>());
-    }
-    participant_ = dds::DomainParticipantFactory::get_instance()->create_participant(options.domain, qos);
-    publisher_ = participant_->create_publisher(dds::PUBLISHER_QOS_DEFAULT);
-    subscriber_ = participant_->create_subscriber(dds::SUBSCRIBER_QOS_DEFAULT);
-  }
-  template <typename Message>
-  dds::DataWriter* writer(const char* name, TopicQos kind) {
-    return publisher_->create_datawriter(topic<Message>(name),
-                                         writer_qos(publisher_->get_default_datawriter_qos(), qos_of(kind)));
-  }
-  template <typename Message>
-  dds::DataReader* reader(const char* name, TopicQos kind, dds::DataReaderListener* listener, int depth) {
-    auto qos = reader_qos(subscriber_->get_default_datareader_qos(), qos_of(kind));
-    qos.history().depth = depth;
-    return subscriber_->create_datareader(topic<Message>(name), qos, listener);
-  }
-
- private:
-  template <typename Message>
-  dds::Topic* topic(const char* name) {
-    dds::TypeSupport type(new MessageType<Message>());
-    (void)type.register_type(participant_);
-    return participant_->create_topic(name, type.get_type_name(), dds::TOPIC_QOS_DEFAULT);
-  }
-  dds::DomainParticipant* participant_ = nullptr;
-  dds::Publisher* publisher_ = nullptr;
-  dds::Subscriber* subscriber_ = nullptr;
-};
+using bench::Newest;
+constexpr std::chrono::milliseconds kSilence{1000};
 
 takt_msgs::msg::CellState state_of(const Options& options) {
   takt_msgs::msg::CellState state;
@@ -111,16 +46,16 @@ takt_msgs::msg::CellState state_of(const Options& options) {
 
 /// The other side: answers every state until none comes any more.
 int answer(const Options& options) {
-  Node node(options);
+  bench::RawNode node(options.domain, options.udp);
   Newest<takt_msgs::msg::CellState> states;
-  node.reader<takt_msgs::msg::CellState>("states", TopicQos::instant, &states, 1);
-  auto* writer = node.writer<sensor_msgs::msg::JointState>("answers", TopicQos::command);
+  node.reader<takt_msgs::msg::CellState>("states", qos_of(TopicQos::instant), states);
+  auto* writer = node.writer<sensor_msgs::msg::JointState>("answers", qos_of(TopicQos::command));
   sensor_msgs::msg::JointState command;
   command.name.assign(static_cast<std::size_t>(options.joints), "shoulder_lift_joint");
   command.position.assign(static_cast<std::size_t>(options.joints), 0.5);
   command.velocity = command.position;
   for (std::uint64_t count = 0, silent = 0; silent < 3;) {
-    if (!states.wait_beyond(count)) {
+    if (!states.wait_beyond(count, kSilence)) {
       silent += count > 0 ? 1U : 0U;
       continue;
     }
@@ -131,10 +66,12 @@ int answer(const Options& options) {
 }
 
 int ask(const Options& options) {
-  Node node(options);
+  bench::RawNode node(options.domain, options.udp);
   Newest<sensor_msgs::msg::JointState> answers;
-  node.reader<sensor_msgs::msg::JointState>("answers", TopicQos::command, &answers, 100);
-  auto* writer = node.writer<takt_msgs::msg::CellState>("states", TopicQos::instant);
+  QosPolicy policy = qos_of(TopicQos::command);
+  policy.depth = 100;
+  node.reader<sensor_msgs::msg::JointState>("answers", policy, answers);
+  auto* writer = node.writer<takt_msgs::msg::CellState>("states", qos_of(TopicQos::instant));
   takt_msgs::msg::CellState state = state_of(options);
   const auto expected = static_cast<std::uint64_t>(options.answers);
   do {  // until both sides have found each other
@@ -145,7 +82,7 @@ int ask(const Options& options) {
     const std::uint64_t before = answers.count();
     const auto began = Clock::now();
     writer->write(&state, dds::HANDLE_NIL);
-    if (!answers.wait_beyond(before + expected - 1)) continue;  // a lost sample
+    if (!answers.wait_beyond(before + expected - 1, kSilence)) continue;  // a lost sample
     rounds_us.push_back(std::chrono::duration<double, std::micro>(Clock::now() - began).count());
   }
   if (rounds_us.empty()) return 1;

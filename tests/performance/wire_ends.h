@@ -2,20 +2,18 @@
 // Publishers and subscribers of bench_wire: takt's, and those of raw Fast DDS. Each runs in a process of its own until
 // Shared::over.
 #include <chrono>
-#include <condition_variable>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <utility>
 
 #include "client_lib/client.h"
 #include "idl/transport/fastdds/server_participant.h"
-#include "idl/transport/fastdds/topic_qos.h"
 #include "server/dds/dds_adapter.h"
 #include "server/messages/instant_messages.h"
 #include "server/runtime/host/cell_host.h"
 #include "server/runtime/loop/scheduling.h"
+#include "tests/performance/raw_dds.h"
 #include "tests/performance/wire_processes.h"
 #include "tests/support/crowded_cell.h"
 
@@ -84,43 +82,6 @@ inline takt_msgs::msg::CellState state_of(int parts) {
   return state;
 }
 
-/// A participant with the transports that Fast DDS has by default, or UDP alone.
-class RawNode {
- public:
-  RawNode(const Options& options, bool udp) {
-    dds::DomainParticipantQos qos;
-    if (udp) {
-      qos.transport().use_builtin_transports = false;
-      qos.transport().user_transports.push_back(std::make_shared<transports::UDPv4TransportDescriptor>());
-    }
-    participant_ = dds::DomainParticipantFactory::get_instance()->create_participant(
-        static_cast<dds::DomainId_t>(options.domain), qos);
-    publisher_ = participant_->create_publisher(dds::PUBLISHER_QOS_DEFAULT);
-    subscriber_ = participant_->create_subscriber(dds::SUBSCRIBER_QOS_DEFAULT);
-  }
-  dds::DataWriter* writer(const std::string& name, std::size_t bytes) {
-    QosPolicy policy = qos_of(TopicQos::instant);
-    policy.large = bytes > kLargestUnfragmented_bytes;
-    return publisher_->create_datawriter(topic(name),
-                                         writer_qos(publisher_->get_default_datawriter_qos(), policy));
-  }
-  dds::DataReader* reader(const std::string& name, dds::DataReaderListener& listener) {
-    return subscriber_->create_datareader(
-        topic(name), reader_qos(subscriber_->get_default_datareader_qos(), qos_of(TopicQos::instant)),
-        &listener);
-  }
-
- private:
-  dds::Topic* topic(const std::string& name) {
-    dds::TypeSupport type(new MessageType<takt_msgs::msg::CellState>());
-    (void)type.register_type(participant_);
-    return participant_->create_topic(name, type.get_type_name(), dds::TOPIC_QOS_DEFAULT);
-  }
-  dds::DomainParticipant* participant_ = nullptr;
-  dds::Publisher* publisher_ = nullptr;
-  dds::Subscriber* subscriber_ = nullptr;
-};
-
 inline std::string raw_topic(bool udp) {
   return udp ? "raw/udp" : "raw/default";
 }
@@ -128,8 +89,10 @@ inline std::string raw_topic(bool udp) {
 inline void publish_raw(const Options& options, Shared& shared, Pair& pair, int parts, double rate_Hz,
                         bool udp) {
   takt_msgs::msg::CellState state = state_of(parts);
-  RawNode node(options, udp);
-  auto* writer = node.writer(raw_topic(udp), cdr::size(state));
+  bench::RawNode node(static_cast<std::uint32_t>(options.domain), udp);
+  QosPolicy policy = qos_of(TopicQos::instant);
+  policy.large = cdr::size(state) > kLargestUnfragmented_bytes;
+  auto* writer = node.writer<takt_msgs::msg::CellState>(raw_topic(udp), policy);
   shared.ready.fetch_add(1);
   (void)obtain_scheduling(options.realtime_priority);
   Pacer pacer(system_monotonic_clock());
@@ -186,42 +149,19 @@ class Notes {
   std::uint64_t newest_ = 0;
 };
 
-/// The listener takes a sample and wakes the thread that waits for it, as any client does.
-class Arrival final : public dds::DataReaderListener {
- public:
-  void on_data_available(dds::DataReader* reader) override {
-    dds::SampleInfo info;
-    while (is_ok(reader->take_next_sample(&message_, &info))) {
-      if (!info.valid_data) continue;
-      const std::lock_guard lock(mutex_);
-      step_ = message_.step;
-      arrived_.notify_all();
-    }
-  }
-  /// Empty after a while of silence.
-  std::optional<std::uint64_t> wait_for_another() {
-    std::unique_lock lock(mutex_);
-    if (!arrived_.wait_for(lock, std::chrono::milliseconds(50), [&] { return step_ != seen_; }))
-      return std::nullopt;
-    return seen_ = step_;
-  }
-
- private:
-  takt_msgs::msg::CellState message_;
-  std::mutex mutex_;
-  std::condition_variable arrived_;
-  std::uint64_t step_ = 0, seen_ = 0;
-};
-
 inline void subscribe_raw(const Options& options, Shared& shared, Pair& pair, std::size_t number,
                           const std::string& topic, bool udp) {
   Notes notes(pair, number);
-  Arrival arrival;
-  RawNode node(options, udp);
-  node.reader(topic, arrival);
+  constexpr std::chrono::milliseconds kLook{50};
+  bench::Newest<takt_msgs::msg::CellState> states;
+  bench::RawNode node(static_cast<std::uint32_t>(options.domain), udp);
+  node.reader<takt_msgs::msg::CellState>(topic, qos_of(TopicQos::instant), states);
   shared.ready.fetch_add(1);
-  while (!shared.over.load())
-    if (const auto step = arrival.wait_for_another()) notes.note(*step, monotonic_now_ns());
+  for (std::uint64_t count = 0; !shared.over.load();) {
+    if (!states.wait_beyond(count, kLook)) continue;
+    count = states.count();
+    notes.note(states.look([](const auto& state) { return state.step; }), monotonic_now_ns());
+  }
 }
 
 inline ClientOptions client_options(const Options& options, int cell) {
