@@ -71,6 +71,25 @@ class Drill:
         return None
 
     @staticmethod
+    def ends_within(child, seconds):
+        """Whether the program ends within so long; an act that lasts for some time ends with its server."""
+        try:
+            child.wait(seconds)
+            return True
+        except subprocess.TimeoutExpired:
+            return False
+
+    def hears(self, child, log, patience_s):
+        """Whether this program prints more within so long."""
+        size, end = os.path.getsize(self.path(log)), time.monotonic() + patience_s
+        while time.monotonic() < end:
+            if self.ends_within(child, 0.1):
+                return False
+            if os.path.getsize(self.path(log)) > size:
+                return True
+        return False
+
+    @staticmethod
     def memory_MB(child):
         try:
             with open(f"/proc/{child.pid}/status") as file:
@@ -120,10 +139,7 @@ class Drill:
             if child.poll() is not None:
                 return
             os.kill(child.pid, number)
-            try:
-                child.wait(0.1 if number == signal.SIGCONT else patience_s)
-            except subprocess.TimeoutExpired:
-                pass
+            self.ends_within(child, 0.1 if number == signal.SIGCONT else patience_s)
 
     def finish(self):
         for child in self.children:

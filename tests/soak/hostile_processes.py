@@ -9,7 +9,6 @@ import resource
 import signal
 import subprocess
 import sys
-import time
 
 import drill
 
@@ -49,7 +48,7 @@ def last_line(text):
 
 def nothing(d):
     server = d.server()
-    d.served_on("nothing (to compare with)", server, lambda: time.sleep(10))
+    d.served_on("nothing (to compare with)", server, lambda: d.ends_within(server, 10))
     d.end(server)
 
 
@@ -62,7 +61,7 @@ def descriptors(d):
         resource.prlimit(server.pid, resource.RLIMIT_NOFILE, (used, most))
         for _ in range(3):
             d.takt("--timeout", "3", "load", f"{d.config}/scenarios/furnace.yaml")
-        time.sleep(2)
+        d.ends_within(server, 2)
         resource.prlimit(server.pid, resource.RLIMIT_NOFILE, (most, most))
         d.takt("load", f"{d.config}/scenarios/block_assembly.yaml")
         d.takt("play")
@@ -73,7 +72,7 @@ def descriptors(d):
         server = d.server(prefix=limited("nofile", most), log=f"files{most}")
         refusal = last_line(d.log(f"files{most}"))
         if server is not None:
-            d.served_on(f"start with {most} file descriptors", server, lambda: time.sleep(1))
+            d.served_on(f"start with {most} file descriptors", server, lambda: d.ends_within(server, 1))
         else:
             child = d.children[-1]
             clear = child.poll() is not None and child.returncode > 0
@@ -104,15 +103,13 @@ def stopped(d):
 
     def act():
         os.kill(server.pid, signal.SIGSTOP)
-        time.sleep(10)
+        d.ends_within(server, 10)
         os.kill(server.pid, signal.SIGCONT)
-        time.sleep(3)
+        d.ends_within(server, 3)
 
     after = d.served_on("stopped for 10 s, then continued", server, act)
     resets = after["schedule_resets"] if after else "?"
-    size = os.path.getsize(d.path("stopped"))
-    time.sleep(5)
-    heard = watcher.poll() is None and os.path.getsize(d.path("stopped")) > size
+    heard = d.hears(watcher, "stopped", 5)
     d.row("  its watcher", f"{'hears it again' if heard else 'hears nothing'}; {resets} schedule resets", heard)
     d.end(watcher)
     d.end(server)
@@ -133,13 +130,11 @@ def clock(d):
     for name, seconds in (("an hour ahead", 3600), ("a day back", -86400), ("10 years ahead", 315360000), ("true again", 0)):
         def act():
             shift(seconds)
-            time.sleep(7)  # longer than a lease
+            d.ends_within(server, 7)  # longer than a lease
         watcher = d.start("takt", "echo", "status", "--json", log="clock")
-        time.sleep(2)
+        d.hears(watcher, "clock", 2)
         d.served_on(f"time of day of the server: {name}", server, act)
-        size = os.path.getsize(d.path("clock"))
-        time.sleep(3)
-        heard = watcher.poll() is None and os.path.getsize(d.path("clock")) > size
+        heard = d.hears(watcher, "clock", 3)
         d.row("  a client from before", "hears it still" if heard else "hears nothing", heard)
         d.end(watcher)
     d.end(server)
@@ -155,7 +150,7 @@ def crowd(d):
         with concurrent.futures.ThreadPoolExecutor(50) as pool:
             answers.extend(pool.map(lambda i: d.takt("--timeout", "60", *kinds[i % len(kinds)], limit=120), range(150)))
         d.takt("play")
-        time.sleep(12)  # leases of clients run out
+        d.ends_within(server, 12)  # leases of clients run out
 
     before = len(os.listdir("/dev/shm"))
     d.served_on("50 clients with requests at once, 150 in all", server, act)

@@ -22,11 +22,12 @@ def segments():
     return [file for file in glob.glob("/dev/shm/fastrtps_*") if "port" not in file and not file.endswith("_el")]
 
 
-def write_garbage(files, seed, whole=False):
-    """Random bytes at random places of these files for some seconds, as any program of the same user can write."""
+def write_garbage(server, files, seed, whole=False):
+    """Random bytes at random places of these files for some seconds, as any program of the same user can write; no longer
+    than the server lasts."""
     rng = random.Random(seed)
     end = time.monotonic() + GARBAGE_S
-    while time.monotonic() < end:
+    while time.monotonic() < end and not drill.Drill.ends_within(server, 0.02):
         for file in files():
             try:
                 size = os.path.getsize(file)
@@ -36,7 +37,6 @@ def write_garbage(files, seed, whole=False):
                     out.write(rng.randbytes(length))
             except OSError:
                 pass
-        time.sleep(0.02)
 
 
 def fill():
@@ -61,34 +61,34 @@ def main():
             d.row(name, "no cell to begin with: " + d.log()[-60:].strip(), False)
             return
         others = [d.start("takt", "echo", "state", log="watch")] if watcher else []
-        after = d.served_on(name, server, act)
+        after = d.served_on(name, server, lambda: act(server))
         if supervised and after is not None:
             d.row("  restarts", str(after["epoch"]), after["epoch"] > 0)
         for other in [*others, server]:
             d.end(other)
 
-    run("nothing (to compare with)", lambda: time.sleep(GARBAGE_S))
+    run("nothing (to compare with)", lambda server: d.ends_within(server, GARBAGE_S))
     # Fast DDS asserts what it finds in a port. Only programs of the same user can write there; a supervised server is
     # started again.
-    run("random bytes in ports", lambda: write_garbage(ports, 1), supervised=True)
-    run("ports overwritten as a whole", lambda: write_garbage(ports, 2, whole=True), supervised=True)
-    run("random bytes in segments", lambda: write_garbage(segments, 3))
-    run("segments overwritten as a whole", lambda: write_garbage(segments, 4, whole=True))
+    run("random bytes in ports", lambda server: write_garbage(server, ports, 1), supervised=True)
+    run("ports overwritten as a whole", lambda server: write_garbage(server, ports, 2, whole=True), supervised=True)
+    run("random bytes in segments", lambda server: write_garbage(server, segments, 3))
+    run("segments overwritten as a whole", lambda server: write_garbage(server, segments, 4, whole=True))
 
-    def unlink():
+    def unlink(_):
         for file in glob.glob("/dev/shm/*"):
             os.unlink(file)
 
-    def cut():
+    def cut(_):
         for file in ports() + segments():
             os.truncate(file, 0)
 
     run("all files unlinked", unlink)
     run("files cut to nothing", cut, supervised=True)
 
-    def full():
+    def full(server):
         fill()
-        time.sleep(3)
+        d.ends_within(server, 3)
 
     run("/dev/shm full while the cell plays", full)
     for file in glob.glob("/dev/shm/*"):
@@ -96,7 +96,7 @@ def main():
     fill()
     server = d.server()
     if server is not None:
-        d.served_on("/dev/shm full before the start", server, lambda: time.sleep(1))
+        d.served_on("/dev/shm full before the start", server, lambda: d.ends_within(server, 1))
     else:
         d.row("/dev/shm full before the start", "not served: " + d.log()[-45:].strip().replace("\n", " "), False)
     d.end(server)
