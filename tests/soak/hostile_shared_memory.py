@@ -23,8 +23,8 @@ def segments():
 
 
 def write_garbage(server, files, seed, whole=False):
-    """Random bytes at random places of these files for some seconds, as any program of the same user can write; no longer
-    than the server lasts."""
+    """Random bytes at random places of these files for some seconds, as any program of the same user can write. The
+    end of the server ends it."""
     rng = random.Random(seed)
     end = time.monotonic() + GARBAGE_S
     while time.monotonic() < end and not drill.Drill.ends_within(server, 0.02):
