@@ -31,6 +31,9 @@ struct QosPolicy {
   bool large = false;      ///< sent in fragments, by a thread of DDS
   bool exclusive = false;  ///< ownership: of several writers the strongest is heard
   double lease_s = 0.0;    ///< a writer without a sign of life for so long is passed over; 0: never
+  /// Wall time between heartbeats of a writer, while a sample is unacknowledged. 0: one with each sample too, so that
+  /// each sample costs an acknowledgement.
+  double heartbeat_period_s = 0.0;
 };
 
 struct TopicInfo {
@@ -82,7 +85,7 @@ constexpr QosPolicy qos_of(TopicQos kind, int ros_depth = 1) {
     case TopicQos::control:
       return {.depth = 100};
     case TopicQos::command:
-      return {.exclusive = true, .lease_s = 1.0};
+      return {.exclusive = true, .lease_s = 1.0, .heartbeat_period_s = 0.01};
   }
   return {};
 }

@@ -99,9 +99,10 @@ inline std::string text_of(const DdsGuid& guid) {
 
 /// Shortens the heartbeat period. A reader requests a lost sample again after the next sample or the next
 /// heartbeat; the default of 3 s is long for a reply or a command without successor. Heartbeats are sent only
-/// while a sample is unconfirmed.
-inline void beat_soon(dds::DataWriterQos& qos) {
-  const DdsDuration period(0, 50'000'000);
+/// while a sample is unacknowledged. `period_s`: as QosPolicy::heartbeat_period_s.
+inline void beat_soon(dds::DataWriterQos& qos, double period_s) {
+  qos.reliable_writer_qos().disable_heartbeat_piggyback = period_s > 0.0;
+  const DdsDuration period(period_s > 0.0 ? period_s : 0.05);
 #if TAKT_FAST_DDS_MAJOR == 2
   qos.reliable_writer_qos().times.heartbeatPeriod = period;
 #else

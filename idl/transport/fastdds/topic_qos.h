@@ -47,7 +47,7 @@ inline dds::DataWriterQos writer_qos(const dds::DataWriterQos& defaults, const Q
     qos.liveliness().lease_duration = DdsDuration(policy.lease_s);
     qos.liveliness().announcement_period = DdsDuration(0.25 * policy.lease_s);
   }
-  beat_soon(qos);
+  beat_soon(qos, policy.heartbeat_period_s);
   return qos;
 }
 inline dds::DataReaderQos reader_qos(const dds::DataReaderQos& defaults, const QosPolicy& policy) {
