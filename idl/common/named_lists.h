@@ -1,6 +1,7 @@
 #pragma once
 // Lists of a description (components, robots, their joints) by name, and what the IDL says by them: a list of one element
 // for each, @order(joints), and the index of one of them, @index(components).
+#include <array>
 #include <cstdint>
 #include <map>
 #include <string>
@@ -61,28 +62,48 @@ inline const std::vector<Named>* order_of(const FieldInfo& list, const Named& of
   return order.empty() ? nullptr : of.find(order);
 }
 
+/// What the IDL says of a field by lists of a description.
+struct ListAnnotations {
+  std::string_view index, order;  ///< names of lists
+  bool may_be_none, may_be_empty;
+};
+template <Message Type>
+constexpr auto list_annotations() {
+  constexpr const MessageInfo& info = message_info<Type>();
+  std::array<ListAnnotations, info.fields.size()> made{};
+  for (std::size_t i = 0; i < made.size(); ++i) {
+    const auto all = info.fields[i].annotations;
+    made[i] = {annotation(all, "index"), annotation(all, "order"), annotation(all, "default") == "-1",
+               has_annotation(all, "may_be_empty")};
+  }
+  return made;
+}
+
 /// Whether a message fits a description: each list has as many elements as its @order says, each @index is that of an
 /// element, or its default. `of`: what the message is of; indices are those of `cell`.
 template <Message Type>
 bool fits(const Type& message, const Named& of, const Named& cell) {
+  [[maybe_unused]] static constexpr auto kAnnotations = list_annotations<Type>();
   bool good = true;
-  for_each_field(message, [&](const FieldInfo& field, const auto& value) {
+  std::size_t number = 0;
+  for_each_field(message, [&](const FieldInfo&, const auto& value) {
     using Member = std::decay_t<decltype(value)>;
+    [[maybe_unused]] const ListAnnotations& field = kAnnotations[number++];
     if (!good) return;
     if constexpr (std::is_integral_v<Member>) {
-      if (const std::string_view list = annotation(field.annotations, "index"); !list.empty())
-        good = cell.name_of(list, static_cast<std::int64_t>(value)) != nullptr ||
-               (value == static_cast<Member>(-1) && annotation(field.annotations, "default") == "-1");
+      if (!field.index.empty())
+        good = (field.may_be_none && value == static_cast<Member>(-1)) ||
+               cell.name_of(field.index, static_cast<std::int64_t>(value)) != nullptr;
     } else if constexpr (kIsList<Member>) {
-      const bool ordered = has_annotation(field.annotations, "order");
-      const auto* order = order_of(field, of);
-      if (ordered && !(value.empty() && has_annotation(field.annotations, "may_be_empty")))
+      const auto* order = field.order.empty() ? nullptr : of.find(field.order);
+      if (!field.order.empty() && !(value.empty() && field.may_be_empty))
         good = value.size() == (order == nullptr ? 0 : order->size());
       if constexpr (kIsMessageList<Member>)
         for (std::size_t i = 0; i < value.size() && good; ++i)
           good = fits(value[i], order == nullptr ? of : (*order)[i], cell);
     } else if constexpr (Message<Member>) {
-      good = fits(value, of, cell);
+      if constexpr (!has_annotation(message_info<Member>().annotations, "quantity"))
+        good = fits(value, of, cell);
     }
   });
   return good;

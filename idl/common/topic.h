@@ -75,7 +75,7 @@ constexpr QosPolicy qos_of(TopicQos kind, int ros_depth = 1) {
     case TopicQos::instant:
       return {.reliable = false};
     case TopicQos::ros:
-      return {.depth = ros_depth};
+      return {.depth = ros_depth, .heartbeat_period_s = 0.01};
     case TopicQos::event:
       return {.depth = 1000};
     case TopicQos::latched:
