@@ -14,6 +14,7 @@
 #include "idl/transport/fastdds/profiles.h"
 #include "idl/transport/fastdds/security.h"
 #include "idl/transport/fastdds/shared_memory_room.h"
+#include "idl/transport/fastdds/thread_room.h"
 
 namespace takt::client {
 namespace {
@@ -97,6 +98,7 @@ Link::Link(int domain, const std::string& name, const LinkProfile& profile, Disc
   if (domain < 0 || domain > 232)
     throw ClientError(ClientError::Kind::invalid,
                       "DDS domain " + std::to_string(domain) + " does not exist; allowed are 0 to 232.");
+  if (const std::string lack = lack_of_thread_room(); !lack.empty()) fail(lack);
   dds::DomainParticipantQos qos = participant_qos(name, profile);
   std::string directory;
   try {

@@ -13,6 +13,7 @@
 #include <exception>
 #include <filesystem>
 #include <functional>
+#include <new>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -202,6 +203,12 @@ bool open_until_signal(const std::function<void()>& open, takt::CellHost& host, 
   return true;
 }
 
+/// What went wrong, for the person at the terminal.
+const char* reason(const std::exception& error) {
+  if (dynamic_cast<const std::bad_alloc*>(&error) == nullptr) return error.what();
+  return "there is not enough memory; a limit on the address space (ulimit -v) may be too low.";
+}
+
 /// Runs until a signal or the loop itself ends it.
 int serve(const Arguments& arguments, const sigset_t& signals, const std::string& crash) {
   std::optional<takt::Progress> progress;
@@ -240,7 +247,7 @@ int serve(const Arguments& arguments, const sigset_t& signals, const std::string
     }
   } catch (const std::exception& error) {
     progress.reset();
-    std::fprintf(stderr, "takt-server: %s\n", error.what());
+    std::fprintf(stderr, "takt-server: %s\n", reason(error));
     return kBadInput;
   }
   progress.reset();
@@ -273,7 +280,7 @@ int serve_or_say_why(const Arguments& arguments, const sigset_t& signals, const 
     std::fprintf(stderr, "takt-server: %s\n", error.what());
     return crash.empty() ? kBadInput : kFailed;  // a restart is tried again
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "takt-server: %s\n", error.what());
+    std::fprintf(stderr, "takt-server: %s\n", reason(error));
     return kFailed;
   }
 }

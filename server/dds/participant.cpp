@@ -9,6 +9,7 @@
 #include "idl/transport/fastdds/profiles.h"
 #include "idl/transport/fastdds/security.h"
 #include "idl/transport/fastdds/shared_memory_room.h"
+#include "idl/transport/fastdds/thread_room.h"
 
 namespace takt {
 namespace {
@@ -67,6 +68,7 @@ Participant::Participant(const ParticipantOptions& options, DiscoveryListener& l
   if (options.domain > 232) {
     throw DdsError("DDS domain " + std::to_string(options.domain) + " does not exist; allowed are 0 to 232.");
   }
+  if (const std::string lack = lack_of_thread_room(); !lack.empty()) throw DdsError(lack);
   std::string secure_directory;
   dds::DomainParticipantQos qos = participant_qos(options, secure_directory);
   if (options.prepare) options.prepare(qos);

@@ -99,7 +99,7 @@ def address_space(d):
 
 def stopped(d):
     server = d.server()
-    watcher = d.start("takt", "echo", "status", "--json", log="stopped")
+    watcher = d.start("takt", "record", "-", log="stopped")
 
     def act():
         os.kill(server.pid, signal.SIGSTOP)
@@ -131,7 +131,7 @@ def clock(d):
         def act():
             shift(seconds)
             d.ends_within(server, 7)  # longer than a lease
-        watcher = d.start("takt", "echo", "status", "--json", log="clock")
+        watcher = d.start("takt", "record", "-", log="clock")
         d.hears(watcher, "clock", 2)
         d.served_on(f"time of day of the server: {name}", server, act)
         heard = d.hears(watcher, "clock", 3)
@@ -147,16 +147,19 @@ def crowd(d):
     answers = []
 
     def act():
+        asked = [kinds[i % len(kinds)] for i in range(150)]
         with concurrent.futures.ThreadPoolExecutor(50) as pool:
-            answers.extend(pool.map(lambda i: d.takt("--timeout", "60", *kinds[i % len(kinds)], limit=120), range(150)))
+            answers.extend(zip(asked, pool.map(lambda kind: d.takt("--timeout", "60", *kind, limit=120), asked)))
         d.takt("play")
         d.ends_within(server, 12)  # leases of clients run out
 
     before = len(os.listdir("/dev/shm"))
     d.served_on("50 clients with requests at once, 150 in all", server, act)
-    ended = sum(code >= 0 for code, _ in answers)
-    died = sum(code > 100 or code < 0 for code, _ in answers)
-    d.row("  their answers", f"{ended} of {len(answers)} answered or refused, {died} died or hung", died == 0)
+    failed = [(kind, code, text) for kind, (code, text) in answers if code > 100 or code < 0]
+    d.row("  their answers", f"{len(answers) - len(failed)} of {len(answers)} answered or refused, "
+          f"{len(failed)} died or hung", not failed)
+    for kind, code, text in failed:
+        print(f"    takt {' '.join(kind)}: {code}, {text.strip()[-300:]}")
     d.row("  files in /dev/shm", f"{before} before, {len(os.listdir('/dev/shm'))} after",
           len(os.listdir("/dev/shm")) <= before + 4)
     d.end(server)

@@ -29,6 +29,7 @@ int record_csv(const Common& common, const RecordOptions& options) {
   recording::SignalTable table;
   std::uint64_t rows = 0;
   double latest_row_s = start_s;
+  const bool bounded = options.until_s || options.duration_s;
   int code = kOk;
   for (double k = 0.0;;) {
     auto instant = json_of(state);
@@ -43,16 +44,22 @@ int record_csv(const Common& common, const RecordOptions& options) {
     const double due_s = std::min(start_s + k * options.period_s, end_s);
     std::optional<State> next;
     while (!next) {
-      watch.renew(cell);
-      next = cell.wait_for(
-          topics::state,
-          [&](const auto& s) { return s.time >= due_s - 1e-9 || s.epoch != epoch || s.cell != state.cell; },
-          InstantWatch::kRenewal);
+      try {
+        watch.renew(cell);
+        next = cell.wait_for(
+            topics::state,
+            [&](const auto& s) { return s.time >= due_s - 1e-9 || s.epoch != epoch || s.cell != state.cell; },
+            InstantWatch::kRenewal);
+      } catch (const ClientError& error) {
+        if (error.kind() != ClientError::Kind::lost || bounded) throw;
+        say_that_the_cell_has_gone();
+        while (!cell.wait_for_connection(Seconds{1.0})) continue;
+      }
     }
     if (next->epoch != epoch || next->cell != state.cell) {
       std::fprintf(stderr,
                    "takt: the cell was reset or has loaded a scenario; the recording ends before that.\n");
-      if (options.until_s || options.duration_s) code = kFailed;
+      if (bounded) code = kFailed;
       break;
     }
     state = *next;
