@@ -56,10 +56,12 @@ Named named_lists(const Type& description) {
   return made;
 }
 
-/// The described elements that a list has one element for each of; nullptr where the IDL names none.
-inline const std::vector<Named>* order_of(const FieldInfo& list, const Named& of) {
-  const std::string_view order = annotation(list.annotations, "order");
+/// The described elements that a list has one element for each of, by its @order; nullptr where the IDL names none.
+inline const std::vector<Named>* order_of(std::string_view order, const Named& of) {
   return order.empty() ? nullptr : of.find(order);
+}
+inline const std::vector<Named>* order_of(const FieldInfo& list, const Named& of) {
+  return order_of(annotation(list.annotations, "order"), of);
 }
 
 /// What the IDL says of a field by lists of a description.
@@ -95,7 +97,7 @@ bool fits(const Type& message, const Named& of, const Named& cell) {
         good = (field.may_be_none && value == static_cast<Member>(-1)) ||
                cell.name_of(field.index, static_cast<std::int64_t>(value)) != nullptr;
     } else if constexpr (kIsList<Member>) {
-      const auto* order = field.order.empty() ? nullptr : of.find(field.order);
+      const auto* order = order_of(field.order, of);
       if (!field.order.empty() && !(value.empty() && field.may_be_empty))
         good = value.size() == (order == nullptr ? 0 : order->size());
       if constexpr (kIsMessageList<Member>)

@@ -52,7 +52,7 @@ def main():
     drill.isolate()
     d = drill.Drill("shared memory", *sys.argv[1:3])
 
-    def run(name, act, watcher=True, supervised=False):
+    def run(name, act, supervised=False):
         for file in glob.glob("/dev/shm/*"):
             os.unlink(file)
         options = ("--supervised", "--snapshots", d.path("snapshots")) if supervised else ()
@@ -60,12 +60,12 @@ def main():
         if server is None:
             d.row(name, "no cell to begin with: " + d.log()[-60:].strip(), False)
             return
-        others = [d.start("takt", "echo", "state", log="watch")] if watcher else []
+        watcher = d.start("takt", "record", "-", log="watch")
         after = d.served_on(name, server, lambda: act(server))
         if supervised and after is not None:
             d.row("  restarts", str(after["epoch"]), after["epoch"] > 0)
-        for other in [*others, server]:
-            d.end(other)
+        d.end(watcher)
+        d.end(server)
 
     run("nothing (to compare with)", lambda server: d.ends_within(server, GARBAGE_S))
     # Fast DDS asserts what it finds in a port. Only programs of the same user can write there; a supervised server is

@@ -15,15 +15,14 @@ std::string lack_of_thread_room() {
     (void)pthread_attr_getstacksize(&defaults, &stack_bytes);
     (void)pthread_attr_destroy(&defaults);
   }
-  constexpr std::size_t kHeap_bytes =
-      128U << 20U;  // glibc maps so much to align a heap of the threads, and keeps half
+  // glibc maps so much to align a heap of the threads, and keeps half.
+  constexpr std::size_t kHeap_bytes = 128U << 20U;
   const std::size_t bytes = kThreads * stack_bytes + kHeap_bytes;
   void* room = mmap(nullptr, bytes, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
   if (room == MAP_FAILED)
     return "The threads of DDS need " + std::to_string(bytes >> 20U) +
            " MB of address space, and the limit of this process leaves less; raise it (ulimit -v), or set "
-           "shorter "
-           "stacks (ulimit -s).";
+           "shorter stacks (ulimit -s).";
   (void)munmap(room, bytes);
   return {};
 }
