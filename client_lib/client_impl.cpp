@@ -26,6 +26,7 @@ Client::Impl::Impl(ClientOptions given)
       id(unique_id(options.name)),
       link(options.domain, id, {options.profiles_file, options.secure_directory, options.profile}, &watch) {
   if (options.cell.empty()) throw ClientError(ClientError::Kind::invalid, "The name of the cell is empty.");
+  changed.receive_with(link.receiver());
 }
 
 void Client::Impl::connect() {
@@ -50,7 +51,11 @@ void Client::Impl::connect() {
 
   std::unique_lock lock(mutex);
   const auto deadline = deadline_after(options.timeout);
-  if (changed.wait_until(lock, deadline, [&] { return cell && status->newest() != nullptr; })) return;
+  for (;;) {
+    if (cell && status->newest() != nullptr) return;
+    if (Clock::now() >= deadline) break;
+    changed.wait_until(lock, deadline);
+  }
   lock.unlock();
 
   std::string sentence = where();

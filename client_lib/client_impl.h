@@ -1,9 +1,10 @@
 #pragma once
-// The inside of takt::Client: what was received, under one mutex, and one condition variable for every wait.
+// The inside of takt::Client: what was received, under one mutex, and one place for every wait.
 //
 // The mutex is never held while an entity of DDS is called: within one process Fast DDS delivers a sample in
 // the thread that writes it, so a call into DDS may end in one of the functions below.
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <deque>
@@ -28,6 +29,33 @@ std::size_t require_by_name(const char* kind, const std::vector<Described>& item
                                                       std::string(name) + "'; it has " + list_names(items) +
                                                       ".");
 }
+
+/// What the waits of a client wait for. A thread that waits receives the samples itself, if no other one does.
+class Arrivals {
+ public:
+  /// Ahead of the first wait.
+  void receive_with(UdpReceiver& receiver) { receiver_ = &receiver; }
+  void notify_all() {
+    ++count_;
+    changed_.notify_all();
+    if (UdpReceiver* receiver = receiver_) receiver->interrupt();
+  }
+  /// Returns after a notification, at the deadline, or sooner. `lock` is of the mutex that notifiers hold.
+  void wait_until(std::unique_lock<std::mutex>& lock, UdpReceiver::Clock::time_point deadline) {
+    const std::uint64_t seen = count_;
+    lock.unlock();
+    const bool led = receiver_.load()->lead(deadline, [&] { return count_ != seen; });
+    lock.lock();
+    if (led || count_ != seen) return;
+    const UdpReceiver::Follower follower(*receiver_);
+    changed_.wait_until(lock, deadline);
+  }
+
+ private:
+  std::condition_variable changed_;
+  std::atomic<std::uint64_t> count_{0};
+  std::atomic<UdpReceiver*> receiver_{nullptr};
+};
 
 struct Client::Impl {
   using GuidPrefix = client::GuidPrefix;
@@ -104,7 +132,7 @@ struct Client::Impl {
   const std::string id;
 
   mutable std::mutex mutex;
-  mutable std::condition_variable changed;
+  mutable Arrivals changed;
   std::optional<GuidPrefix> server;  ///< participant of the server whose description is the newest
   bool gone = false;                 ///< DDS has announced the end of that server's status
   Clock::time_point heard = Clock::now();

@@ -58,6 +58,7 @@ class Link {
   /// discovers the servers again, which takes seconds. The clock's epoch means never.
   std::chrono::steady_clock::time_point returned() const { return guard_->returned(); }
   const PacketGuard& guard() const { return *guard_; }
+  UdpReceiver& receiver() { return guard_->receiver(); }
 
  private:
   const int forks_;  ///< of this process when the link was made

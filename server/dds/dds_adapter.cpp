@@ -43,6 +43,7 @@ DdsAdapter::DdsAdapter(CellHost& host, ParticipantOptions options, bool namespac
     const std::lock_guard lock(own_mutex_);
     own_ = participant_->guid();
   }
+  if (UdpReceiver* receiver = participant_->receiver()) receiver_.emplace(*receiver);
   commands_.listen_for(participant_->guard(), participant_->guid());
   publisher_ = std::make_unique<StatePublisher>(host, *participant_, topics_, senders_, commands_, control_,
                                                 services_);
@@ -58,6 +59,7 @@ DdsAdapter::~DdsAdapter() {
 
 void DdsAdapter::stop() {
   if (io_) io_->stop();
+  receive_in(nullptr);
   commands_.close();
   if (publisher_) publisher_->close();
   participant_.reset();
@@ -80,9 +82,11 @@ void DdsAdapter::check(const CellDescription& cell) {
 void DdsAdapter::opened(RunLoop& loop) {
   publisher_->open(loop);
   commands_.open(*participant_, loop);
+  receive_in(&loop);
 }
 
 void DdsAdapter::closed(RunLoop&) {
+  receive_in(nullptr);
   commands_.close();
   publisher_->close();
 }
@@ -91,6 +95,12 @@ void DdsAdapter::idle(const CellDescription& cell) {
   commands_.close();  // removes the remains of a failure
   publisher_->close();
   publisher_->describe(cell);
+}
+
+void DdsAdapter::receive_in(RunLoop* loop) {
+  if (loop_ != nullptr) loop_->receive_with(nullptr);
+  loop_ = receiver_ ? loop : nullptr;
+  if (loop_ != nullptr) loop_->receive_with(&*receiver_);
 }
 
 bool DdsAdapter::is_own(const DdsGuid& writer) {

@@ -12,6 +12,7 @@
 #include "server/dds/dds_io_thread.h"
 #include "server/dds/participant.h"
 #include "server/dds/ros_services.h"
+#include "server/dds/sample_receiver.h"
 #include "server/dds/sender_registry.h"
 #include "server/dds/stale_shm_reaper.h"
 #include "server/dds/state_publisher.h"
@@ -44,6 +45,8 @@ class DdsAdapter final : public DiscoveryListener, public CellLifecycleListener 
 
  private:
   void on_writer(const DiscoveredWriter& writer) override;
+  /// The loop receives its input while it waits; nullptr: none does any more.
+  void receive_in(RunLoop* loop);
   bool is_own(const DdsGuid& writer);
   /// As an event, and on the terminal.
   template <typename Type>
@@ -61,6 +64,8 @@ class DdsAdapter final : public DiscoveryListener, public CellLifecycleListener 
   ControlService control_;
   RosServices services_;
   std::unique_ptr<Participant> participant_;
+  std::optional<SampleReceiver> receiver_;
+  RunLoop* loop_ = nullptr;  ///< that receives with it
   std::unique_ptr<StatePublisher> publisher_;
   std::optional<DdsIoThread> io_;
   StaleShmReaper remains_;

@@ -74,6 +74,8 @@ class Participant {
   DdsGuid guid() const { return participant_->guid(); }
   /// Counts of the guard; nullptr without one.
   const PacketGuard* guard() const { return guard_.get(); }
+  /// Of the samples for this participant; nullptr without a guard.
+  UdpReceiver* receiver() { return guard_ ? &guard_->receiver() : nullptr; }
 
   /// After its return no listener is called.
   void silence();

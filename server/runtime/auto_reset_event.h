@@ -20,6 +20,8 @@ class AutoResetEvent {
     if (!posted_.exchange(true)) sem_post(&semaphore_);
   }
 
+  bool is_posted() const { return posted_.load(); }
+
   /// Waits for a post until `deadline_ns` of CLOCK_MONOTONIC; true after a post. The caller must test the
   /// shared data after both results.
   bool wait_until_ns(std::int64_t deadline_ns) {

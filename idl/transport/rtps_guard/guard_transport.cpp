@@ -108,12 +108,46 @@ std::array<std::uint8_t, 76> farewell_of(const ParticipantPlaces::Prefix& partic
   return packet;
 }
 
+/// Ports of samples to one participant (RTPS 9.6.1.1): PB + DG * domain + d3 + PG * participant.
+struct SamplePorts {
+  std::uint32_t first, distance, count;
+  bool has(std::uint32_t port) const {
+    return port >= first && (port - first) % distance == 0 && (port - first) / distance < count;
+  }
+};
+
 class GuardTransport final : public ChainedTransport {
  public:
   GuardTransport(const transports::ChainingTransportDescriptor& descriptor,
-                 std::shared_ptr<PacketGuard> guard, bool this_machine_only)
-      : ChainedTransport(descriptor), guard_(std::move(guard)) {
-    if (this_machine_only) local_.emplace();
+                 std::shared_ptr<PacketGuard> guard, const ThisMachineUdp* this_machine, SamplePorts ports)
+      : ChainedTransport(descriptor), guard_(std::move(guard)), ports_(ports) {
+    if (this_machine == nullptr) return;
+    local_.emplace();
+    buffer_bytes_ = this_machine->receiveBufferSize;
+  }
+
+  // Samples from this machine are received by the guard's receiver, so that a thread may wait for them there.
+  bool OpenInputChannel(const rtps::Locator_t& at, transports::TransportReceiverInterface* next,
+                        std::uint32_t largest_bytes) override {
+    if (!brings_samples(at)) return ChainedTransport::OpenInputChannel(at, next, largest_bytes);
+    return guard_->receiver().open(
+        static_cast<std::uint16_t>(at.port), local_ipv4_addresses(), buffer_bytes_,
+        [this, at, next](std::span<const std::uint8_t> packet, const Ipv4& from, std::uint16_t from_port) {
+          rtps::Locator_t remote;
+          remote.kind = LOCATOR_KIND_UDPv4;
+          remote.port = from_port;
+          std::copy(from.begin(), from.end(), remote.address + kIpv4Place);
+          receive(next, packet.data(), static_cast<std::uint32_t>(packet.size()), at, remote);
+        });
+  }
+  bool IsInputChannelOpen(const rtps::Locator_t& at) const override {
+    return brings_samples(at) ? guard_->receiver().is_open(static_cast<std::uint16_t>(at.port))
+                              : ChainedTransport::IsInputChannelOpen(at);
+  }
+  bool CloseInputChannel(const rtps::Locator_t& at) override {
+    if (!brings_samples(at)) return ChainedTransport::CloseInputChannel(at);
+    guard_->receiver().close();
+    return true;
   }
 
   void receive(transports::TransportReceiverInterface* next, const rtps::octet* data, std::uint32_t size,
@@ -155,6 +189,10 @@ class GuardTransport final : public ChainedTransport {
 
  private:
   static constexpr std::size_t kIpv4Place = 12;  ///< in a locator's address
+  bool brings_samples(const rtps::Locator_t& at) const {
+    return local_ && at.kind == LOCATOR_KIND_UDPv4 && !rtps::IPLocator::isMulticast(at) &&
+           ports_.has(at.port);
+  }
   bool is_foreign(const rtps::Locator_t& remote) {
     if (!local_ || remote.kind != LOCATOR_KIND_UDPv4) return false;
     Ipv4 address{};
@@ -213,22 +251,23 @@ class GuardTransport final : public ChainedTransport {
   static constexpr std::size_t kLargestJoined_bytes = 60000;  ///< below the largest datagram
 
   std::shared_ptr<PacketGuard> guard_;
+  const SamplePorts ports_;
   std::optional<LocalAddresses> local_;
+  std::uint32_t buffer_bytes_ = 0;
   std::atomic<const rtps::SenderResource*> first_sender_{nullptr};
 };
 
 struct GuardTransportDescriptor final : public transports::ChainingTransportDescriptor {
   GuardTransportDescriptor(std::shared_ptr<transports::TransportDescriptorInterface> low_level,
-                           std::shared_ptr<PacketGuard> packet_guard)
-      : ChainingTransportDescriptor(low_level),
-        guard(std::move(packet_guard)),
-        this_machine_only(dynamic_cast<const ThisMachineUdp*>(low_level.get()) != nullptr) {}
+                           std::shared_ptr<PacketGuard> packet_guard, SamplePorts sample_ports)
+      : ChainingTransportDescriptor(low_level), guard(std::move(packet_guard)), ports(sample_ports) {}
   transports::TransportInterface* create_transport() const override {
-    return new GuardTransport(*this, guard, this_machine_only);
+    const auto* this_machine = dynamic_cast<const ThisMachineUdp*>(low_level_descriptor.get());
+    return new GuardTransport(*this, guard, this_machine, ports);
   }
 
   std::shared_ptr<PacketGuard> guard;
-  bool this_machine_only;
+  SamplePorts ports;
 };
 
 void bound_what_is_remembered(dds::DomainParticipantQos& qos) {
@@ -296,8 +335,12 @@ std::shared_ptr<PacketGuard> guard_transports(dds::DomainParticipantQos& qos, st
   if (const auto& own = wire.builtin.discovery_config.leaseDuration; !is_infinite(own))
     lease = std::chrono::seconds(own.seconds) + std::chrono::nanoseconds(own.nanosec);
   auto guard = std::make_shared<PacketGuard>(limits, lease);
+  SamplePorts ports{};
+  ports.distance = std::max<std::uint32_t>(wire.port.participantIDGain, 1);
+  ports.count = wire.port.domainIDGain / ports.distance;
+  ports.first = wire.port.portBase + wire.port.domainIDGain * domain + wire.port.offsetd3;
   for (auto& descriptor : transports.user_transports)
-    descriptor = std::make_shared<GuardTransportDescriptor>(descriptor, guard);
+    descriptor = std::make_shared<GuardTransportDescriptor>(descriptor, guard, ports);
   bound_what_is_remembered(qos);
   return guard;
 }

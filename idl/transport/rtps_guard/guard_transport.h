@@ -10,6 +10,7 @@
 #include <string>
 
 #include "idl/transport/fastdds/fastdds.h"
+#include "idl/transport/fastdds/udp_receiver.h"
 #include "idl/transport/rtps_guard/liveliness_tracker.h"
 #include "idl/transport/rtps_guard/rtps_fragments.h"
 #include "idl/transport/rtps_guard/rtps_guard.h"
@@ -39,6 +40,8 @@ class PacketGuard : public std::enable_shared_from_this<PacketGuard> {
   /// ahead of all locks of DDS, never while one is held.
   std::mutex& discovery() { return discovery_; }
   FragmentAssembly& fragments() { return fragments_; }
+  /// Of the packets with samples, from this machine. Closed with transports of a profile.
+  UdpReceiver& receiver() { return receiver_; }
   LivelinessTracker& heard() const { return heard_; }
   /// The process was suspended for long: all packets are dropped for a moment (suspend_detector.h).
   bool quarantined() { return suspend_ && suspend_->quarantined(); }
@@ -67,6 +70,7 @@ class PacketGuard : public std::enable_shared_from_this<PacketGuard> {
   mutable LivelinessTracker heard_;
   std::optional<SuspendWatchdog> suspend_;
   std::array<std::atomic<std::uint64_t>, kRtpsErrorCount> counts_{};
+  UdpReceiver receiver_;
 };
 
 /// Puts a guard in front of each transport of these QoS (the builtin ones are first made explicit) and bounds

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "server/runtime/auto_reset_event.h"
+#include "server/runtime/loop/loop_wakeup.h"
 #include "server/runtime/requests/control.h"
 
 namespace takt {
@@ -31,7 +31,7 @@ class RequestInbox {
   }
   /// Another thread, one at a time: returns when the loop has executed the visit. False: the loop is not
   /// running.
-  bool visit(const Visit& visit, AutoResetEvent& wakeup) {
+  bool visit(const Visit& visit, LoopWakeup& wakeup) {
     std::unique_lock lock(mutex_);
     if (state_ != State::open) return false;
     visit_ = &visit;

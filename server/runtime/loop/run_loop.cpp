@@ -81,7 +81,8 @@ void RunLoop::stand(std::int64_t longest_ns) {
   output_.standing_at_boundary.store(true, std::memory_order_relaxed);
   control_.status.publish_if_due();
   if (longest_ns > 0)
-    wakeup_.wait_until_ns(std::min(control_.status.due_ns(), monotonic_now_ns() + longest_ns));
+    wakeup_.wait_until_ns(std::min(control_.status.due_ns(), monotonic_now_ns() + longest_ns),
+                          control_.context.pace == Pace::lockstep);
 }
 
 bool RunLoop::wait_for_schedule() {

@@ -19,9 +19,9 @@
 #include <thread>
 #include <vector>
 
-#include "server/runtime/auto_reset_event.h"
 #include "server/runtime/loop/loop_control.h"
 #include "server/runtime/loop/loop_output.h"
+#include "server/runtime/loop/loop_wakeup.h"
 #include "server/runtime/loop/request_executor.h"
 #include "server/runtime/loop/request_inbox.h"
 #include "server/runtime/loop/run_loop_options.h"
@@ -52,6 +52,10 @@ class RunLoop {
   /// Any thread: a request of phase loop or query. The reply comes through output() after execution. A loop
   /// that has ended refuses all requests, including waiting ones.
   void submit(std::uint64_t id, requests::Any request);
+
+  /// Ahead of start(), or after the loop's end: in lockstep the loop receives its input with `receiver` while it waits;
+  /// nullptr: it does not.
+  void receive_with(InputReceiver* receiver) { wakeup_.receive_with(receiver); }
 
   LoopOutput& output() { return output_; }
   /// Periodically saved states, see RunLoopOptions::save_every_s.
@@ -89,7 +93,7 @@ class RunLoop {
 
   const RunLoopOptions options_;
   LoopOutput output_;
-  AutoResetEvent wakeup_;
+  LoopWakeup wakeup_;
   std::atomic<bool> stop_{false}, suspended_{false};
   LoopControl control_;
   RequestExecutor executor_;
