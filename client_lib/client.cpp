@@ -135,7 +135,7 @@ void Client::send_joint_command(const std::string& robot, const std::vector<doub
   sample.position = positions;
   sample.velocity = velocities;
   sample.effort = efforts;
-  impl_->send(topics::joint_commands, robot, sample);
+  impl_->command(topics::joint_commands, robot, std::move(sample));
 }
 
 void Client::send_trajectory(const std::string& robot, const std::vector<TrajectoryPoint>& points,
@@ -183,7 +183,7 @@ void Client::set_signals(const std::string& device, const std::map<std::string, 
     sample.signals.emplace_back(name);
     sample.values.push_back(value);
   }
-  impl_->send(topics::device_command, device, sample);
+  impl_->command(topics::device_command, device, std::move(sample));
 }
 
 void Client::set_gripper(const std::string& gripper, GripperAction action, double width_m, double max_force_N,
@@ -196,12 +196,13 @@ void Client::set_gripper(const std::string& gripper, GripperAction action, doubl
   sample.action = action;
   sample.width = width_m;
   sample.max_force = max_force_N;
-  impl_->send(topics::gripper_command, gripper, sample);
+  impl_->command(topics::gripper_command, gripper, std::move(sample));
 }
 
 void Client::send_together(const std::function<void()>& send) {
-  const PacketCork cork;
+  Impl::CommandBatch batch(*impl_);
   send();
+  batch.send();
 }
 
 }  // namespace takt

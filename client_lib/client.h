@@ -194,8 +194,9 @@ class Client {
   /// above.
   void set_gripper(const std::string& gripper, GripperAction action, double width_m = 0.0,
                    double max_force_N = 0.0, std::optional<double> stamp_s = {});
-  /// The commands that `send` sends in the calling thread leave in one packet when it returns: with several robots and
-  /// grippers that costs a fraction of the time, and the server is woken once.
+  /// The set-points and the commands of grippers and devices that `send` sends in the calling thread leave in one sample
+  /// (takt_msgs/Commands) when it returns: with several targets that costs a fraction of the time. None is sent if `send`
+  /// throws.
   void send_together(const std::function<void()>& send);
 
   // --- requests ---

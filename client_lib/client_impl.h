@@ -94,6 +94,10 @@ struct Client::Impl {
     write(sender_for(topic, target, [] { return dds::TypeSupport(new MessageType<Sample>()); }), &sample,
           "a command for '" + target + "'");
   }
+  class CommandBatch;
+  /// The same, or into the batch of this thread.
+  template <typename Sample>
+  void command(const Topic<Sample>& topic, const std::string& target, Sample&& sample);
 
   // From threads of DDS.
   void on_description(ReaderOf<takt_msgs::msg::CellDescription>& of,
@@ -193,6 +197,48 @@ bool Client::Impl::wait(std::unique_lock<std::mutex>& lock, Clock::time_point de
       looked = Clock::now();
     }
   }
+}
+
+/// Collects the commands that a thread sends through one client.
+class Client::Impl::CommandBatch {
+ public:
+  explicit CommandBatch(Impl& client) : client_(client), outer_(std::exchange(of_thread_, this)) {}
+  ~CommandBatch() { of_thread_ = outer_; }
+  CommandBatch(const CommandBatch&) = delete;
+  CommandBatch& operator=(const CommandBatch&) = delete;
+
+  /// nullptr: commands through this client are sent at once.
+  static CommandBatch* of_thread(const Impl& client) {
+    return of_thread_ != nullptr && &of_thread_->client_ == &client ? of_thread_ : nullptr;
+  }
+  void add(const std::string& robot, sensor_msgs::msg::JointState&& command) {
+    collected_.robots.push_back({robot, std::move(command)});
+  }
+  void add(const std::string& gripper, const takt_msgs::msg::GripperCommand& command) {
+    collected_.grippers.push_back({gripper, command});
+  }
+  void add(const std::string& device, takt_msgs::msg::DeviceCommand&& command) {
+    collected_.devices.push_back({device, std::move(command)});
+  }
+  void send() {
+    if (collected_ == takt_msgs::msg::Commands{}) return;
+    client_.write(
+        client_.sender_for(topics::commands, {},
+                           [] { return dds::TypeSupport(new MessageType<takt_msgs::msg::Commands>()); }),
+        &collected_, "commands");
+  }
+
+ private:
+  static inline thread_local CommandBatch* of_thread_ = nullptr;
+  Impl& client_;
+  CommandBatch* outer_;
+  takt_msgs::msg::Commands collected_;
+};
+
+template <typename Sample>
+void Client::Impl::command(const Topic<Sample>& topic, const std::string& target, Sample&& sample) {
+  if (CommandBatch* batch = CommandBatch::of_thread(*this)) return batch->add(target, std::move(sample));
+  send(topic, target, sample);
 }
 
 /// What was received of a topic. Functions and members are used with the mutex held.

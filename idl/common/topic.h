@@ -19,6 +19,7 @@ enum class TopicQos : std::uint8_t {
   latched,        ///< a late joiner gets the newest at once
   latched_large,  ///< the same, of samples of megabytes
   command,        ///< the newest of the strongest sender counts
+  commands,       ///< the same, decided by the server for each target in a sample
   control,        ///< requests and replies
 };
 
@@ -86,6 +87,8 @@ constexpr QosPolicy qos_of(TopicQos kind, int ros_depth = 1) {
       return {.depth = 100};
     case TopicQos::command:
       return {.exclusive = true, .lease_s = 1.0, .heartbeat_period_s = 0.01};
+    case TopicQos::commands:
+      return {.depth = 10, .lease_s = 1.0, .heartbeat_period_s = 0.01};
   }
   return {};
 }

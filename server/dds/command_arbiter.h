@@ -23,7 +23,7 @@ class CommandArbiter {
     std::uint32_t strength = 0;
     /// Orders exclusive senders of equal strength: the lower one owns the target.
     std::array<std::uint8_t, 16> identity{};
-    int topic = 0;                 ///< which of the target's topics
+    int topic = 0;                 ///< which of the target's topics; kSeveral: of several targets
     bool spoke = false;            ///< has sent a command
     std::int64_t reported_ns = 0;  ///< time of the last report that this sender has no effect
   };
@@ -32,6 +32,8 @@ class CommandArbiter {
     std::uint64_t owner = 0;  ///< the sender that is heard instead
     bool report = false;      ///< true: an event reports it, at most once a second per sender
   };
+
+  static constexpr int kSeveral = 2;
 
   /// Adds a sender. Returns the exclusive sender without effect beside a stronger one, if there is one and it
   /// was not reported yet.
@@ -66,8 +68,8 @@ class CommandArbiter {
     if (place == senders_.end()) return {};
     place->spoke = true;
     std::uint64_t owner = exclusive_heard_;
-    if (place->exclusive) {  // on its topic DDS has already chosen
-      const Sender* other = stronger_on_another_topic(*place);
+    if (place->exclusive) {
+      const Sender* other = stronger_than(*place);
       if (other == nullptr) {
         exclusive_heard_ = id;
         return {true, id, false};
@@ -102,10 +104,11 @@ class CommandArbiter {
         std::find_if(senders_.begin(), senders_.end(), [&](const Sender& sender) { return sender.id == id; });
     return place == senders_.end() ? nullptr : &*place;
   }
-  const Sender* stronger_on_another_topic(const Sender& sender) const {
+  /// On a target's own topic DDS has already chosen.
+  const Sender* stronger_than(const Sender& sender) const {
     for (const Sender& other : senders_) {
-      if (other.exclusive && other.spoke && other.topic != sender.topic && !together(other, sender) &&
-          stronger(other, sender))
+      const bool chosen = other.topic == sender.topic && sender.topic != kSeveral;
+      if (other.exclusive && other.spoke && !chosen && !together(other, sender) && stronger(other, sender))
         return &other;
     }
     return nullptr;

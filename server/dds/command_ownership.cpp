@@ -63,30 +63,42 @@ std::optional<std::uint64_t> CommandOwnership::appeared(int target, const DdsGui
   if (const auto writer = writers_.find(guid); writer != writers_.end()) {
     if (writer->second.expired) return std::nullopt;
     sender.strength = writer->second.strength;
-    sender.topic = writer->second.command.kind == CommandKind::trajectory ? 1 : 0;
+    const CommandKind kind = writer->second.command.kind;
+    if (kind == CommandKind::trajectory) sender.topic = 1;
+    if (kind == CommandKind::several) sender.topic = CommandArbiter::kSeveral;
   }
   return arbiter.appeared(sender);
 }
 
 std::optional<std::uint64_t> CommandOwnership::matched(int target, const DdsGuid& guid, bool exclusive) {
   gone_.erase(guid);
-  return appeared(target, guid, exclusive);
+  // Which targets a sender for several commands, its commands say.
+  return target < 0 ? std::nullopt : appeared(target, guid, exclusive);
 }
 
 void CommandOwnership::unmatched(int target, const DdsGuid& guid) {
-  arbiters_[static_cast<std::size_t>(target)].vanished(senders_.id(guid));
+  const std::uint64_t sender = senders_.id(guid);
+  if (target >= 0) arbiters_[static_cast<std::size_t>(target)].vanished(sender);
+  if (target < 0)
+    for (CommandArbiter& arbiter : arbiters_) arbiter.vanished(sender);
   gone_.insert(guid);
 }
 
 std::optional<CommandArbiter::Verdict> CommandOwnership::on_command(int target, const DdsGuid& guid,
-                                                                    bool exclusive,
-                                                                    std::int64_t received_ns) {
+                                                                    bool exclusive, std::int64_t received_ns,
+                                                                    std::optional<std::uint64_t>& loser) {
   if (gone_.contains(guid)) return std::nullopt;
   if (const auto writer = writers_.find(guid); writer != writers_.end()) writer->second.expired = false;
   // DDS delivers samples and matches from different threads: a first command may arrive ahead of its sender's
   // match.
-  (void)appeared(target, guid, exclusive);
+  loser = appeared(target, guid, exclusive);
   return arbiters_[static_cast<std::size_t>(target)].offered(senders_.id(guid), received_ns);
+}
+
+std::span<CommandArbiter> CommandOwnership::arbiters_of(const CommandWriter& writer) {
+  if (writer.command.kind == CommandKind::several) return arbiters_;
+  if (writer.command.target < 0) return {};
+  return {&arbiters_[static_cast<std::size_t>(writer.command.target)], 1};
 }
 
 std::vector<CommandOwnership::Revoked> CommandOwnership::expire() {
@@ -94,11 +106,12 @@ std::vector<CommandOwnership::Revoked> CommandOwnership::expire() {
     if (!std::isfinite(writer.lease_s)) continue;
     const bool keeps_lease = silence_s(guid) < writer.lease_s;
     // One that is heard of again takes part with its next command.
-    if (std::exchange(writer.expired, !keeps_lease) || keeps_lease || writer.command.target < 0) continue;
-    CommandArbiter& arbiter = arbiters_[static_cast<std::size_t>(writer.command.target)];
+    if (std::exchange(writer.expired, !keeps_lease) || keeps_lease) continue;
     const std::uint64_t sender = senders_.id(guid);
-    if (arbiter.owns(sender)) silent_owners_[writer.command.target] = guid;
-    arbiter.vanished(sender);
+    for (CommandArbiter& arbiter : arbiters_of(writer)) {
+      if (arbiter.owns(sender)) silent_owners_[static_cast<int>(&arbiter - arbiters_.data())] = guid;
+      arbiter.vanished(sender);
+    }
   }
   std::vector<Revoked> revoked;
   std::erase_if(silent_owners_, [&](const auto& owner) {
@@ -106,8 +119,9 @@ std::vector<CommandOwnership::Revoked> CommandOwnership::expire() {
     const auto found = writers_.find(guid);
     if (found == writers_.end() || !found->second.expired) return true;
     for (const auto& [other, writer] : writers_) {
-      if (writer.expired || other.guidPrefix == guid.guidPrefix || writer.command.target != target) continue;
-      revoked.push_back({target, writer.command.name, guid, silence_s(guid)});
+      const bool commands_it = writer.command.kind == CommandKind::several || writer.command.target == target;
+      if (writer.expired || other.guidPrefix == guid.guidPrefix || !commands_it) continue;
+      revoked.push_back({target, guid, silence_s(guid)});
       return true;
     }
     return false;

@@ -8,6 +8,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -43,16 +44,16 @@ class CommandOwnership {
   CommandWriter& add(const DdsGuid& guid, CommandWriter writer);
   void remove(const DdsGuid& guid);
 
-  /// A reader of the target has matched. Returns the sender that is not heard beside a stronger one.
+  /// A reader of the target has matched; -1: of several targets. Returns the sender that is not heard beside a stronger one.
   std::optional<std::uint64_t> matched(int target, const DdsGuid& guid, bool exclusive);
   void unmatched(int target, const DdsGuid& guid);
-  /// A valid command arrived. std::nullopt: from a sender that has disappeared.
+  /// A valid command arrived. std::nullopt: from a sender that has disappeared. `loser`: as of matched().
   std::optional<CommandArbiter::Verdict> on_command(int target, const DdsGuid& guid, bool exclusive,
-                                                    std::int64_t received_ns);
+                                                    std::int64_t received_ns,
+                                                    std::optional<std::uint64_t>& loser);
 
   struct Revoked {
     int target = -1;
-    std::string name;  ///< of the target
     DdsGuid owner;
     double silence_s = 0.0;
   };
@@ -63,6 +64,8 @@ class CommandOwnership {
  private:
   std::optional<std::uint64_t> appeared(int target, const DdsGuid& guid, bool exclusive);
   void watch(const DdsGuid& guid, CommandWriter& writer);
+  /// The arbiters of the targets that the writer commands: of one, or, for several, of all.
+  std::span<CommandArbiter> arbiters_of(const CommandWriter& writer);
   double silence_s(const DdsGuid& guid) const;
 
   SenderRegistry& senders_;

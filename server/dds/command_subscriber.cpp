@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "idl/common/text.h"
+#include "idl/common/utf8.h"
 #include "server/dds/convert_commands.h"
 #include "server/runtime/monotonic_clock.h"
 #include "takt_topics.h"
@@ -47,6 +48,8 @@ class CommandSubscriber::Reader final : public dds::DataReaderListener {
         return take<takt_msgs::msg::GripperCommand>(reader);
       case CommandKind::device:
         return take<takt_msgs::msg::DeviceCommand>(reader);
+      case CommandKind::several:
+        return take<takt_msgs::msg::Commands>(reader);
     }
   }
   void on_subscription_matched(dds::DataReader*, const dds::SubscriptionMatchedStatus& status) override {
@@ -68,30 +71,56 @@ class CommandSubscriber::Reader final : public dds::DataReaderListener {
  private:
   template <typename Message>
   void take(dds::DataReader* reader) {
-    const CellDescription& cell = owner_.loop_->cell();
     Message message;
     dds::SampleInfo info;
     while (is_ok(reader->take_next_sample(&message, &info))) {
       if (!info.valid_data) continue;
       const std::int64_t received_ns = monotonic_now_ns();
       const DdsGuid guid = guid_of(info.publication_handle);
-      const auto raw = from_message(cell, target, std::move(message));
-      if (const auto* malformed = std::get_if<Rejection>(&raw)) {
-        owner_.reject(*malformed, guid);
-        continue;
-      }
-      const auto validated = validate(cell, target, std::get<0>(raw));
-      if (const auto* rejection = std::get_if<Rejection>(&validated)) {
-        owner_.reject(*rejection, guid);
-      } else {
-        owner_.deliver(target, exclusive, Command(std::get<0>(validated)), guid, received_ns);
-      }
+      if constexpr (std::is_same_v<Message, takt_msgs::msg::Commands>)
+        owner_.received_several(std::move(message), guid, received_ns);
+      else
+        owner_.received(target, exclusive, std::move(message), guid, received_ns);
     }
   }
 
   CommandSubscriber& owner_;
   std::uint32_t of_other_kind_ = 0;  ///< senders refused for their kind of ownership; one thread of DDS
 };
+
+template <typename Message>
+void CommandSubscriber::received(int target, bool exclusive, Message&& message, const DdsGuid& guid,
+                                 std::int64_t received_ns) {
+  const CellDescription& cell = loop_->cell();
+  const auto raw = from_message(cell, target, std::forward<Message>(message));
+  if (const auto* malformed = std::get_if<Rejection>(&raw)) return reject(*malformed, guid);
+  const auto validated = validate(cell, target, std::get<0>(raw));
+  if (const auto* rejection = std::get_if<Rejection>(&validated)) return reject(*rejection, guid);
+  deliver(target, exclusive, Command(std::get<0>(validated)), guid, received_ns);
+}
+
+void CommandSubscriber::received_several(takt_msgs::msg::Commands&& message, const DdsGuid& guid,
+                                         std::int64_t received_ns) {
+  const CellDescription& cell = loop_->cell();
+  const auto robots = static_cast<int>(cell.robots.size()), grippers = static_cast<int>(cell.grippers.size());
+  const auto each = [&](int index, int first, auto& command) {
+    if (index >= 0) received(first + index, true, std::move(command), guid, received_ns);
+    return index >= 0;
+  };
+  const auto unknown = [&](RejectionCode code, const std::string& name, const auto& known) {
+    const std::string called = utf8_sanitize(name, 60);
+    reject({code, called, "the cell has no '" + called + "' of this kind; it has " + list_names(known)},
+           guid);
+  };
+  for (auto& [name, command] : message.robots)
+    if (!each(cell.find_robot(name), 0, command)) unknown(RejectionCode::unknown_robot, name, cell.robots);
+  for (auto& [name, command] : message.grippers)
+    if (!each(cell.find_gripper(name), robots, command))
+      unknown(RejectionCode::unknown_gripper, name, cell.grippers);
+  for (auto& [name, command] : message.devices)
+    if (!each(cell.find_device(name), robots + grippers, command))
+      unknown(RejectionCode::unknown_device, name, cell.devices);
+}
 
 CommandSubscriber::CommandSubscriber(EventQueue& events, SenderRegistry& senders, TopicNames topics)
     : events_(events), senders_(senders), topics_(std::move(topics)), ownership_(senders) {}
@@ -116,22 +145,25 @@ void CommandSubscriber::open(Participant& participant, RunLoop& loop) {
   const std::lock_guard making(readers_mutex_);
   const auto robots = static_cast<int>(cell.robots.size());
   const auto grippers = static_cast<int>(cell.grippers.size());
+  const auto listen = [this](int target, CommandKind kind, bool exclusive) {
+    Listening& made = readers_.emplace_back();
+    made.listener = std::make_unique<Reader>(*this, target, kind, exclusive);
+    made.reader = make_reader(*made.listener);
+  };
+  listen(-1, CommandKind::several, false);
   for (int target = 0; target < targets; ++target) {
     std::vector<CommandKind> kinds{CommandKind::joints, CommandKind::trajectory};
     if (target >= robots) kinds = {target < robots + grippers ? CommandKind::gripper : CommandKind::device};
     for (const CommandKind kind : kinds) {
-      for (const bool exclusive : {true, false}) {
-        Listening& made = readers_.emplace_back();
-        made.listener = std::make_unique<Reader>(*this, target, kind, exclusive);
-        made.reader = make_reader(*made.listener);
-      }
+      for (const bool exclusive : {true, false}) listen(target, kind, exclusive);
     }
   }
 }
 
 dds::DataReader* CommandSubscriber::make_reader(Reader& listener) {
   const TopicInfo& info = topic_of(listener.kind);
-  const std::string topic = topics_.of(info, target_name(loop_->cell(), listener.target));
+  const std::string topic = topics_.of(
+      info, listener.target < 0 ? std::string_view() : target_name(loop_->cell(), listener.target));
   QosPolicy policy = qos_of(info);
   policy.exclusive = listener.exclusive;
   const auto qos = with_type_hash(service_reader_qos(participant_->default_reader_qos(), policy), *info.type);
@@ -142,6 +174,8 @@ dds::DataReader* CommandSubscriber::make_reader(Reader& listener) {
       return participant_->create_reader<trajectory_msgs::msg::JointTrajectory>(topic, qos, &listener);
     case CommandKind::gripper:
       return participant_->create_reader<takt_msgs::msg::GripperCommand>(topic, qos, &listener);
+    case CommandKind::several:
+      return participant_->create_reader<takt_msgs::msg::Commands>(topic, qos, &listener);
     case CommandKind::device:
       break;
   }
@@ -171,7 +205,8 @@ void CommandSubscriber::diagnose(const DdsGuid& guid, CommandWriter& writer) {
   writer.command = *command_topic(topics_, writer.topic, loop_->cell());
   auto event = diagnose_writer(writer.command, writer.topic, writer.type, text_of(guid), loop_->cell());
   // A wrong type stays wrong in every cell.
-  if (!event || (writer.command.target >= 0 && std::exchange(writer.wrong_type_reported, true))) return;
+  const bool of_type = writer.command.target >= 0 || writer.command.kind == CommandKind::several;
+  if (!event || (of_type && std::exchange(writer.wrong_type_reported, true))) return;
   events_.post(std::move(*event));
 }
 
@@ -190,8 +225,8 @@ void CommandSubscriber::expire_liveliness_leases() {
   std::set<int> targets;
   for (const auto& each : revoked) targets.insert(each.target);
   renew_exclusive_readers(targets);
-  for (const auto& [target, name, owner, silence_s] : revoked)
-    events_.post(events::OwnerSilent{name, silence_s}, text_of(owner));
+  for (const auto& [target, owner, silence_s] : revoked)
+    events_.post(events::OwnerSilent{name_of(target), silence_s}, text_of(owner));
 }
 
 void CommandSubscriber::renew_exclusive_readers(const std::set<int>& targets) {
@@ -226,10 +261,12 @@ void CommandSubscriber::unmatched(int target, const DdsGuid& guid) {
 void CommandSubscriber::deliver(int target, bool exclusive, const Command& command, const DdsGuid& guid,
                                 std::int64_t received_ns) {
   std::optional<CommandArbiter::Verdict> verdict;
+  std::optional<std::uint64_t> loser;
   {
     const std::lock_guard lock(mutex_);
-    verdict = ownership_.on_command(target, guid, exclusive, received_ns);
+    verdict = ownership_.on_command(target, guid, exclusive, received_ns, loser);
   }
+  if (loser) events_.post(events::NotOwner{name_of(target)}, senders_.text(*loser));
   if (!verdict) return;
   if (verdict->heard) {
     if (const auto rejection = loop_->append(command, senders_.id(guid), received_ns))
@@ -237,7 +274,7 @@ void CommandSubscriber::deliver(int target, bool exclusive, const Command& comma
     return;
   }
   rejected_.fetch_add(1, std::memory_order_relaxed);
-  if (verdict->report)
+  if (verdict->report && loser != senders_.id(guid))
     events_.post(events::OwnedByAnother{name_of(target), senders_.text(verdict->owner)}, text_of(guid));
 }
 

@@ -58,13 +58,20 @@ class CommandSubscriber {
   /// In DDS an exclusive reader keeps its strongest sender as long as that one's participant exists. A new
   /// reader has no sender until the first command, which cannot come from a silent one.
   void renew_exclusive_readers(const std::set<int>& targets);
-  std::string name_of(int target) const { return std::string(target_name(loop_->cell(), target)); }
+  std::string name_of(int target) const {
+    const CellDescription& cell = loop_->cell();
+    return target < 0 ? cell.cell : std::string(target_name(cell, target));
+  }
 
   void matched(int target, const DdsGuid& guid, bool exclusive);
   void unmatched(int target, const DdsGuid& guid);
   /// Checks ownership, then appends to the loop.
   void deliver(int target, bool exclusive, const Command& command, const DdsGuid& guid,
                std::int64_t received_ns);
+  /// Checks a command of a sample, then delivers it.
+  template <typename Message>
+  void received(int target, bool exclusive, Message&& message, const DdsGuid& guid, std::int64_t received_ns);
+  void received_several(takt_msgs::msg::Commands&& message, const DdsGuid& guid, std::int64_t received_ns);
   void reject(const Rejection& rejection, const DdsGuid& guid);
   /// With mutex_ held.
   void diagnose(const DdsGuid& guid, CommandWriter& writer);

@@ -31,6 +31,8 @@ const TopicInfo& topic_of(CommandKind kind) {
       return topics::joint_trajectory;
     case CommandKind::gripper:
       return topics::gripper_command;
+    case CommandKind::several:
+      return topics::commands;
     case CommandKind::device:
       break;
   }
@@ -39,6 +41,7 @@ const TopicInfo& topic_of(CommandKind kind) {
 
 std::optional<CommandTopic> command_topic(const TopicNames& names, const std::string& topic,
                                           const CellDescription& cell) {
+  if (topic == names.of(topics::commands)) return CommandTopic{CommandKind::several, cell.cell, -1};
   for (const CommandKind kind : {CommandKind::joints, CommandKind::trajectory, CommandKind::gripper}) {
     CommandTopic found{kind, names.element_in(topic, topic_of(kind)), -1};
     if (found.name.empty()) continue;
@@ -67,7 +70,8 @@ std::optional<DiagnosticEvent> diagnose_writer(const CommandTopic& command, cons
       return event(events::UnknownDevice{command.name, topic, grippers, devices});
     return event(events::UnknownGripper{command.name, topic, grippers, devices});
   }
-  if (command.target < 0) return event(events::UnknownRobot{command.name, topic, list_names(cell.robots)});
+  if (command.target < 0 && command.kind != CommandKind::several)
+    return event(events::UnknownRobot{command.name, topic, list_names(cell.robots)});
   if (type == topic_of(command.kind).type->dds_type) return std::nullopt;
   return event(events::WrongType{command.name, topic, ros_name(type),
                                  ros_name(topic_of(command.kind).type->dds_type)});

@@ -9,7 +9,8 @@
 
 namespace takt {
 
-enum class CommandKind { joints, trajectory, gripper, device };
+/// `several`: for several targets in each sample.
+enum class CommandKind { joints, trajectory, gripper, device, several };
 
 const TopicInfo& topic_of(CommandKind kind);
 
@@ -17,7 +18,7 @@ const TopicInfo& topic_of(CommandKind kind);
 struct CommandTopic {
   CommandKind kind = CommandKind::joints;
   std::string name;  ///< of the robot, gripper or device
-  int target = -1;   ///< in the cell (target_of()); -1: the cell has no such target
+  int target = -1;   ///< in the cell (target_of()); -1: the cell has no such target, or `several`
 };
 /// std::nullopt for a topic that has no commands of this server.
 std::optional<CommandTopic> command_topic(const TopicNames& names, const std::string& topic,

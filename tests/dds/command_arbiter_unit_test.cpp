@@ -70,5 +70,21 @@ TEST(CommandArbiter, TheLowerIdentityIsHeardAmongEqualsOnBothTopics) {
   EXPECT_FALSE(arbiter.offered(1, 0).heard);
 }
 
+TEST(CommandArbiter, SendersForSeveralTargetsAreOrderedByTheArbiterAlone) {
+  constexpr int kSeveral = CommandArbiter::kSeveral;
+  CommandArbiter arbiter;
+  arbiter.appeared(sender(1, 7, kSeveral, true, 1));
+  EXPECT_TRUE(arbiter.offered(1, 0).heard);
+  EXPECT_EQ(arbiter.appeared(sender(2, 8, kSeveral, true, 5)), 1U) << "the loser";
+  EXPECT_TRUE(arbiter.offered(2, 0).heard) << "the stronger one";
+  EXPECT_FALSE(arbiter.offered(1, 0).heard);
+  EXPECT_FALSE(arbiter.appeared(sender(3, 8, kSetPoints, true, 5))) << "the same participant";
+  EXPECT_TRUE(arbiter.offered(3, 0).heard);
+  EXPECT_TRUE(arbiter.offered(2, 0).heard);
+  arbiter.vanished(2);
+  arbiter.vanished(3);
+  EXPECT_TRUE(arbiter.offered(1, 0).heard);
+}
+
 }  // namespace
 }  // namespace takt

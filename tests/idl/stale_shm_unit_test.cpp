@@ -2,6 +2,7 @@
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/file.h>
+#include <sys/mman.h>
 #include <unistd.h>
 
 #include <fstream>
@@ -51,6 +52,27 @@ TEST(StaleSharedMemory, OnlyFilesWithoutAnOwnerAreRemoved) {
                                             "fastrtps_port7400", "fastrtps_port7400_el",
                                             "fastrtps_port7400_sl", "other_el", "fastrtps_without_lock"}));
   EXPECT_EQ(remove_stale_shared_memory(directory / "nowhere", 0.0), 0U);
+}
+
+TEST(StaleSharedMemory, APortThatItsReaderHasLeftStaysWhileAProcessHasItMapped) {
+  const test::TemporaryDirectory directory;
+  for (const char* name : {"fastrtps_port7411", "sem.fastrtps_port7411_mutex", "fastrtps_port7413",
+                           "sem.fastrtps_port7413_mutex", "fastrtps_portal"})
+    std::ofstream(directory / name) << "x";
+  const int file = open((directory / "fastrtps_port7413").c_str(), O_RDONLY | O_CLOEXEC);
+  void* mapped = mmap(nullptr, 1, PROT_READ, MAP_SHARED, file, 0);
+  close(file);
+  ASSERT_NE(mapped, MAP_FAILED);
+  EXPECT_EQ(remove_stale_shared_memory(directory / "", 60.0), 0U) << "all are new";
+  const std::size_t removed = remove_stale_shared_memory(directory / "", 0.0);
+  munmap(mapped, 1);
+  // Without the right to look into each process no port is removed.
+  if (geteuid() == 0) EXPECT_EQ(removed, 2U);
+  EXPECT_TRUE(std::filesystem::exists(directory / "fastrtps_port7413"));
+  EXPECT_TRUE(std::filesystem::exists(directory / "fastrtps_portal"));
+  if (geteuid() != 0) return;
+  EXPECT_EQ(remove_stale_shared_memory(directory / "", 0.0), 2U);
+  EXPECT_FALSE(std::filesystem::exists(directory / "fastrtps_port7413"));
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Who receives: the receiver's own thread, or the one that waits.
+// Packets are delivered by the receiver's own thread, or by the one that waits.
 #include "idl/transport/fastdds/udp_receiver.h"
 
 #include <arpa/inet.h>
@@ -67,7 +67,7 @@ struct Received {
   UdpReceiver receiver;
 };
 
-TEST(UdpReceiver, DeliversInItsOwnThreadWhileNobodyWaits) {
+TEST(UdpReceiver, DeliversInItsOwnThreadWithoutAWaitingOne) {
   Received received;
   ASSERT_NE(received.port, 0);
   Sender().send(received.port, 7);
@@ -157,10 +157,11 @@ TEST(UdpReceiver, RefusesATakenPortAndOpensAgain) {
   EXPECT_TRUE(second.open(received.port, {kHere}, 0, [](auto, const auto&, auto) {}));
 }
 
-TEST(UdpReceiver, DeliversEachPacketOnceWhoeverWaits) {
+TEST(UdpReceiver, DeliversEachPacketOnceToChangingThreads) {
   constexpr int kPackets = 3000;
   Received received;
   std::atomic<bool> ended{false};
+  std::condition_variable pause;
   const auto wait = [&](int pause_us) {
     while (!ended) {
       const std::size_t seen = received.count;
@@ -170,7 +171,9 @@ TEST(UdpReceiver, DeliversEachPacketOnceWhoeverWaits) {
         std::unique_lock lock(received.mutex);
         received.came.wait_until(lock, deadline);
       }
-      std::this_thread::sleep_for(std::chrono::microseconds(pause_us));
+      const auto back = Clock::now() + std::chrono::microseconds(pause_us);
+      std::unique_lock lock(received.mutex);
+      pause.wait_until(lock, back, [&] { return ended.load(); });
     }
   };
   std::thread eager(wait, 0), lazy(wait, 200), absent(wait, 7000);

@@ -78,6 +78,36 @@ TEST_F(ClientCommand, AGripperCommandArrives) {
   EXPECT_EQ(received[0].stamp.nanosec, 0U);
 }
 
+TEST_F(ClientCommand, CommandsForSeveralTargetsAreOneSample) {
+  connect();
+  server_->listen_to_commands();
+  client_->send_together([&] {
+    client_->send_joint_command("Robot2", {0.1, 0.2}, {}, 1.0);
+    client_->set_gripper("Gripper1", GripperAction::close, 0.0, 40.0, 1.0);
+    client_->send_joint_command("Robot1", {0.3, 0.4}, {}, 1.0);
+  });
+  EXPECT_THROW(client_->send_together([&] {
+    client_->send_joint_command("Robot2", {0.1, 0.2});
+    client_->send_joint_command("Robot7", {0.1, 0.2});
+  }),
+               ClientError)
+      << "none of both is sent";
+  client_->send_together([] {});
+  client_->send_together([&] { client_->set_gripper("Gripper1", GripperAction::open); });
+  const auto received = server_->wait_for_commands(2);
+  ASSERT_EQ(received.size(), 2U);
+  ASSERT_EQ(received[0].robots.size(), 2U);
+  EXPECT_EQ(received[0].robots[0].robot, "Robot2");
+  EXPECT_EQ(received[0].robots[0].command.position, (std::vector<double>{0.1, 0.2}));
+  EXPECT_EQ(received[0].robots[1].robot, "Robot1");
+  EXPECT_EQ(received[0].robots[1].command.header.stamp.sec, 1);
+  ASSERT_EQ(received[0].grippers.size(), 1U);
+  EXPECT_EQ(received[0].grippers[0].gripper, "Gripper1");
+  EXPECT_EQ(received[0].grippers[0].command.max_force, 40.0);
+  EXPECT_TRUE(received[1].robots.empty());
+  EXPECT_EQ(received[1].grippers.at(0).command.action, GripperAction::open);
+}
+
 TEST_F(ClientCommand, InvalidCommandsAreRejectedByTheClient) {
   connect();
   server_->listen_to_joints("Robot1");

@@ -79,6 +79,7 @@ class ScriptedCell {
         requests_([this](const auto& request, const auto&) { on_request(request); }),
         joints_([this](const auto& command, const auto&) { keep(joint_commands_, command); }),
         grippers_([this](const auto& command, const auto&) { keep(gripper_commands_, command); }),
+        commands_listener_([this](const auto& command, const auto&) { keep(commands_, command); }),
         link_(static_cast<int>(test_domain()), "scripted", {}) {
     make_writer<takt_msgs::msg::CellState>("state", false, false);
     make_writer<takt_msgs::msg::Event>("events", true, false);
@@ -139,6 +140,16 @@ class ScriptedCell {
   }
   void listen_to_gripper(const std::string& gripper) {
     listen(gripper + "/command", new MessageType<takt_msgs::msg::GripperCommand>(), &grippers_);
+  }
+  void listen_to_commands() {
+    link_.create_reader(
+        prefix_ + "commands", client::dds::TypeSupport(new MessageType<takt_msgs::msg::Commands>()),
+        reader_qos(link_.default_reader_qos(), qos_of(TopicQos::commands)), &commands_listener_);
+  }
+  std::vector<takt_msgs::msg::Commands> wait_for_commands(std::size_t count) {
+    std::unique_lock lock(mutex_);
+    changed_.wait_for(lock, kGenerous, [&] { return commands_.size() >= count; });
+    return commands_;
   }
   std::vector<sensor_msgs::msg::JointState> wait_for_joint_commands(std::size_t count) {
     std::unique_lock lock(mutex_);
@@ -204,9 +215,11 @@ class ScriptedCell {
   std::map<std::string, int> readers_;
   std::vector<sensor_msgs::msg::JointState> joint_commands_;
   std::vector<takt_msgs::msg::GripperCommand> gripper_commands_;
+  std::vector<takt_msgs::msg::Commands> commands_;
   client::ReaderListener<takt_msgs::msg::ControlRequest> requests_;
   client::ReaderListener<sensor_msgs::msg::JointState> joints_;
   client::ReaderListener<takt_msgs::msg::GripperCommand> grippers_;
+  client::ReaderListener<takt_msgs::msg::Commands> commands_listener_;
   std::vector<std::unique_ptr<client::WriterListener>> listeners_;
   std::map<std::string, client::dds::DataWriter*> writers_;
   client::Link link_;

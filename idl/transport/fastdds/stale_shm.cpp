@@ -5,8 +5,12 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <ctime>
+#include <fstream>
+#include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -45,18 +49,66 @@ double age_s(const std::string& file) {
   return static_cast<double>(now.tv_sec - status.st_mtim.tv_sec);
 }
 
+bool is_port(std::string_view name) {
+  if (!name.starts_with(kPortPrefix) || name.size() == kPortPrefix.size()) return false;
+  name.remove_prefix(kPortPrefix.size());
+  return std::all_of(name.begin(), name.end(), [](char c) { return c >= '0' && c <= '9'; });
+}
+
+/// Files of `directory` that a process has mapped. std::nullopt: the mappings of a process cannot be read.
+std::optional<std::set<std::string>> mapped_files(const std::filesystem::path& directory) {
+  std::set<std::string> mapped;
+  std::error_code error;
+  for (auto process = std::filesystem::directory_iterator("/proc", error);
+       !error && process != std::filesystem::directory_iterator(); process.increment(error)) {
+    const std::string id = process->path().filename().string();
+    if (id.find_first_not_of("0123456789") != std::string::npos) continue;
+    std::ifstream maps(process->path() / "maps");
+    if (!maps && errno != ENOENT && errno != ESRCH) return std::nullopt;
+    for (std::string line; std::getline(maps, line);) {
+      const auto path = line.find('/');
+      if (path == std::string::npos) continue;
+      const std::filesystem::path file(line.substr(path));
+      if (file.parent_path() == directory) mapped.insert(file.filename().string());
+    }
+  }
+  return error ? std::nullopt : std::optional(std::move(mapped));
+}
+
+/// Ports that their reader has left, and that a writer was killed with: they have no lock. Removed are those that no process
+/// has mapped. Other users' processes hide their mappings; then none is removed.
+std::size_t remove_left_ports(const std::filesystem::path& directory, const std::set<std::string>& left) {
+  if (left.empty()) return 0;
+  std::error_code error;
+  const auto mapped = mapped_files(std::filesystem::canonical(directory, error));
+  if (!mapped) return 0;
+  std::size_t removed = 0;
+  for (const std::string& name : left) {
+    if (mapped->contains(name)) continue;
+    const TakenLock readers((directory / (name + std::string(kShared))).string());
+    if (!readers.taken() && !readers.missing()) continue;
+    for (const std::string& file : {name, name + std::string(kShared), "sem." + name + "_mutex"})
+      removed += unlink((directory / file).c_str()) == 0 ? 1U : 0U;
+  }
+  return removed;
+}
+
 }  // namespace
 
 std::size_t remove_stale_shared_memory(const std::filesystem::path& directory, double older_than_s) {
   std::vector<std::string> names;
+  std::set<std::string> left;
   std::error_code error;
   for (auto entry = std::filesystem::directory_iterator(directory, error);
        !error && entry != std::filesystem::directory_iterator(); entry.increment(error)) {
     const std::string name = entry->path().filename().string();
     if (name.starts_with(kPrefix) && name.ends_with(kExclusive))
       names.push_back(name.substr(0, name.size() - kExclusive.size()));
+    else if (is_port(name) && age_s(entry->path().string()) >= older_than_s)
+      left.insert(name);
   }
-  std::size_t removed = 0;
+  for (const std::string& name : names) left.erase(name);
+  std::size_t removed = remove_left_ports(directory, left);
   const auto remove = [&](const std::string& name) {
     removed += unlink((directory / name).c_str()) == 0 ? 1U : 0U;
   };

@@ -7,7 +7,8 @@
 
 namespace takt {
 
-/// Removes from `directory` segments and ports of Fast DDS without owner that were not touched for
+/// Removes from `directory` segments and ports of Fast DDS without owner, and ports without a lock that no process has
+/// mapped, that were not touched for
 /// `older_than_s` (so that files under construction are safe). Returns the number of files. Never throws;
 /// files that must not be removed stay.
 std::size_t remove_stale_shared_memory(const std::filesystem::path& directory = "/dev/shm",

@@ -40,7 +40,7 @@ class UdpReceiver {
   /// thread waits here; that one delivers. `ready` is asked after each packet and each interrupt(). The caller holds no
   /// lock that `deliver` takes.
   bool lead(Clock::time_point deadline, const std::function<bool()>& ready);
-  /// Any thread: whoever leads asks `ready` again.
+  /// Any thread: the thread in lead() asks `ready` again.
   void interrupt();
 
   /// A thread that was sent away by lead() and waits elsewhere: the receiver's own thread delivers for it.
