@@ -137,13 +137,13 @@ TEST(UdpReceiver, ClosesBelowTheThreadThatWaits) {
   Received received;
   std::atomic<bool> leads{false};
   std::thread waiting([&] {
-    EXPECT_TRUE(received.receiver.lead(Clock::time_point::max(), [&] {
+    EXPECT_FALSE(received.receiver.lead(Clock::time_point::max(), [&] {
       leads = true;
       return false;
     }));
   });
   while (!leads) std::this_thread::yield();
-  received.receiver.close();
+  received.receiver.close(received.port);
   waiting.join();
   EXPECT_FALSE(received.receiver.lead(Clock::time_point::max(), [] { return false; }));
   EXPECT_FALSE(received.receiver.is_open(received.port));
@@ -153,8 +153,27 @@ TEST(UdpReceiver, RefusesATakenPortAndOpensAgain) {
   Received received;
   UdpReceiver second;
   EXPECT_FALSE(second.open(received.port, {kHere}, 0, [](auto, const auto&, auto) {}));
-  received.receiver.close();
+  received.receiver.close(received.port);
   EXPECT_TRUE(second.open(received.port, {kHere}, 0, [](auto, const auto&, auto) {}));
+  EXPECT_TRUE(second.is_open(received.port));
+}
+
+TEST(UdpReceiver, HasSeveralPortsAndClosesEachByItself) {
+  Received received;
+  std::atomic<int> of_second{0};
+  std::uint16_t second = received.port;
+  while (!received.receiver.open(++second, {kHere}, 0, [&](auto, const auto&, auto) { ++of_second; })) {
+  }
+  const Sender sender;
+  sender.send(second, 1);
+  sender.send(received.port, 2);
+  ASSERT_TRUE(received.receiver.lead(Clock::time_point::max(),
+                                     [&] { return received.count == 1 && of_second == 1; }));
+  received.receiver.close(second);
+  EXPECT_FALSE(received.receiver.is_open(second));
+  EXPECT_TRUE(received.receiver.is_open(received.port));
+  sender.send(received.port, 3);
+  received.wait_for(2);
 }
 
 TEST(UdpReceiver, DeliversEachPacketOnceToChangingThreads) {

@@ -9,7 +9,6 @@
 #include <cerrno>
 #include <ctime>
 #include <fstream>
-#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
@@ -49,14 +48,19 @@ double age_s(const std::string& file) {
   return static_cast<double>(now.tv_sec - status.st_mtim.tv_sec);
 }
 
+bool is_own(const std::filesystem::path& file) {
+  struct stat status {};
+  return lstat(file.c_str(), &status) == 0 && status.st_uid == geteuid();
+}
+
 bool is_port(std::string_view name) {
   if (!name.starts_with(kPortPrefix) || name.size() == kPortPrefix.size()) return false;
   name.remove_prefix(kPortPrefix.size());
   return std::all_of(name.begin(), name.end(), [](char c) { return c >= '0' && c <= '9'; });
 }
 
-/// Files of `directory` that a process has mapped. std::nullopt: the mappings of a process cannot be read.
-std::optional<std::set<std::string>> mapped_files(const std::filesystem::path& directory) {
+/// Files of `directory` that a process of this user has mapped.
+std::set<std::string> mapped_files(const std::filesystem::path& directory) {
   std::set<std::string> mapped;
   std::error_code error;
   for (auto process = std::filesystem::directory_iterator("/proc", error);
@@ -64,7 +68,6 @@ std::optional<std::set<std::string>> mapped_files(const std::filesystem::path& d
     const std::string id = process->path().filename().string();
     if (id.find_first_not_of("0123456789") != std::string::npos) continue;
     std::ifstream maps(process->path() / "maps");
-    if (!maps && errno != ENOENT && errno != ESRCH) return std::nullopt;
     for (std::string line; std::getline(maps, line);) {
       const auto path = line.find('/');
       if (path == std::string::npos) continue;
@@ -72,19 +75,18 @@ std::optional<std::set<std::string>> mapped_files(const std::filesystem::path& d
       if (file.parent_path() == directory) mapped.insert(file.filename().string());
     }
   }
-  return error ? std::nullopt : std::optional(std::move(mapped));
+  return mapped;
 }
 
 /// Ports that their reader has left, and that a writer was killed with: they have no lock. Removed are those that no process
-/// has mapped. Other users' processes hide their mappings; then none is removed.
+/// has mapped. Other users' files stay, as their processes hide their mappings.
 std::size_t remove_left_ports(const std::filesystem::path& directory, const std::set<std::string>& left) {
   if (left.empty()) return 0;
   std::error_code error;
   const auto mapped = mapped_files(std::filesystem::canonical(directory, error));
-  if (!mapped) return 0;
   std::size_t removed = 0;
   for (const std::string& name : left) {
-    if (mapped->contains(name)) continue;
+    if (mapped.contains(name) || !is_own(directory / name)) continue;
     const TakenLock readers((directory / (name + std::string(kShared))).string());
     if (!readers.taken() && !readers.missing()) continue;
     for (const std::string& file : {name, name + std::string(kShared), "sem." + name + "_mutex"})

@@ -38,67 +38,92 @@ std::optional<int> bound_socket(std::uint16_t port, const UdpReceiver::Address& 
 
 }  // namespace
 
+class UdpReceiver::Exclusive {
+ public:
+  explicit Exclusive(UdpReceiver& receiver) : receiver_(receiver) {
+    ++receiver_.exclusive_;
+    receiver_.wake();
+    receiver_.leader_.lock();
+  }
+  ~Exclusive() {
+    receiver_.open_ = !receiver_.sockets_.empty();
+    receiver_.leader_.unlock();
+    --receiver_.exclusive_;
+    const std::lock_guard lock(receiver_.sleep_);
+    receiver_.woken_.notify_all();
+  }
+  Exclusive(const Exclusive&) = delete;
+  Exclusive& operator=(const Exclusive&) = delete;
+
+ private:
+  UdpReceiver& receiver_;
+};
+
+UdpReceiver::UdpReceiver() : interrupt_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {}
+
+UdpReceiver::~UdpReceiver() {
+  {
+    const Exclusive exclusive(*this);
+    ending_ = true;
+    for (const Socket& socket : sockets_) ::close(socket.descriptor);
+    sockets_.clear();
+  }
+  if (thread_.joinable()) thread_.join();
+  if (interrupt_ >= 0) ::close(interrupt_);
+}
+
+void UdpReceiver::wake() const {
+  const std::uint64_t one = 1;
+  (void)!write(interrupt_, &one, sizeof(one));
+}
+
 bool UdpReceiver::open(std::uint16_t port, const std::vector<Address>& addresses, std::uint32_t buffer_bytes,
                        Deliver deliver) {
-  const std::lock_guard lead(leader_);
-  if (port_.load() != 0 || port == 0) return false;
-  interrupt_ = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+  const auto shared = std::make_shared<const Deliver>(std::move(deliver));
+  std::vector<Socket> made;
   for (const Address& address : addresses) {
-    const auto made = bound_socket(port, address, buffer_bytes);
-    if (!made || interrupt_ < 0) {
-      if (made) ::close(*made);
-      release();
-      return false;
-    }
-    sockets_.push_back(*made);
+    const auto descriptor = bound_socket(port, address, buffer_bytes);
+    if (descriptor) made.push_back({*descriptor, port, shared});
+    if (descriptor && interrupt_ >= 0) continue;
+    for (const Socket& socket : made) ::close(socket.descriptor);
+    return false;
   }
-  deliver_ = std::move(deliver);
+  const Exclusive exclusive(*this);
   packet_.resize(kLargestPacket_bytes);
-  closing_ = false;
-  led_until_ = 0;
-  port_ = port;
-  thread_ = std::thread([this] { run(); });
+  sockets_.insert(sockets_.end(), made.begin(), made.end());
+  if (!thread_.joinable()) thread_ = std::thread([this] { run(); });
   return true;
 }
 
-void UdpReceiver::close() {
-  {
-    const std::lock_guard lock(sleep_);
-    if (port_.load() == 0) return;
-    closing_ = true;
-  }
-  woken_.notify_all();
-  const std::uint64_t one = 1;
-  (void)!write(interrupt_, &one, sizeof(one));
-  if (thread_.joinable()) thread_.join();
-  const std::lock_guard lead(leader_);
-  release();
+bool UdpReceiver::is_open(std::uint16_t port) {
+  const Exclusive exclusive(*this);
+  return std::any_of(sockets_.begin(), sockets_.end(),
+                     [&](const Socket& socket) { return socket.port == port; });
 }
 
-void UdpReceiver::release() {
-  for (const int socket : sockets_) ::close(socket);
-  sockets_.clear();
-  if (interrupt_ >= 0) ::close(interrupt_);
-  interrupt_ = -1;
-  deliver_ = nullptr;
-  port_ = 0;
+void UdpReceiver::close(std::uint16_t port) {
+  const Exclusive exclusive(*this);
+  std::erase_if(sockets_, [&](const Socket& socket) {
+    if (socket.port != port) return false;
+    ::close(socket.descriptor);
+    return true;
+  });
 }
 
 void UdpReceiver::run() {
-  for (;;) {
+  while (!ending_) {
     {
       std::unique_lock lock(sleep_);
-      while (!closing_ && is_led()) woken_.wait_for(lock, kAway);
+      while (!ending_ && (exclusive_ > 0 || is_led())) woken_.wait_for(lock, kAway);
     }
-    if (closing_) return;
     const std::lock_guard lead(leader_);
-    while (!closing_ && !is_led())
+    while (!ending_ && exclusive_ == 0 && !is_led())
       if (!receive(true)) sleep_until(Clock::time_point::max());
   }
 }
 
 bool UdpReceiver::lead(Clock::time_point deadline, const std::function<bool()>& ready) {
-  if (port_.load() == 0 || closing_) return false;
+  if (!open_ || exclusive_ > 0) return false;
   const auto stay_away = [&](Clock::time_point now) {
     led_until_ = (now + kAway).time_since_epoch().count();
   };
@@ -107,17 +132,16 @@ bool UdpReceiver::lead(Clock::time_point deadline, const std::function<bool()>& 
   if (!lead.try_lock()) {
     if (guest_.load() != std::thread::id()) return false;
     ++wanted_;
-    const std::uint64_t one = 1;
-    (void)!write(interrupt_, &one, sizeof(one));
+    wake();
     lead.lock();
     --wanted_;
   }
-  if (port_.load() == 0) return false;
+  if (sockets_.empty()) return false;
   guest_ = std::this_thread::get_id();
   const auto began = Clock::now();
   auto now = began;
   bool came = false;
-  while (!closing_ && !ready()) {
+  while (exclusive_ == 0 && !ready()) {
     came = receive(++turns_ % kTurnsOfTheFirst == 0 || now - began > kWorthSpinning);
     if (!came) {
       now = Clock::now();
@@ -139,39 +163,39 @@ bool UdpReceiver::lead(Clock::time_point deadline, const std::function<bool()>& 
   } else {
     stay_away(ended);
   }
-  return true;
+  return exclusive_ == 0;
 }
 
 void UdpReceiver::interrupt() {
   const auto guest = guest_.load();
   if (guest == std::thread::id() || guest == std::this_thread::get_id()) return;
-  const std::uint64_t one = 1;
-  (void)!write(interrupt_, &one, sizeof(one));
+  wake();
 }
 
 bool UdpReceiver::receive(bool all) {
+  if (sockets_.empty()) return false;
   bool came = receive_from(sockets_.front());
   if (!all) return came;
   for (std::size_t i = 1; i < sockets_.size(); ++i) came = receive_from(sockets_[i]) || came;
   return came;
 }
 
-bool UdpReceiver::receive_from(int socket) {
+bool UdpReceiver::receive_from(const Socket& socket) {
   sockaddr_in sender{};
   socklen_t size = sizeof(sender);
-  const auto bytes = recvfrom(socket, packet_.data(), packet_.size(), MSG_DONTWAIT,
+  const auto bytes = recvfrom(socket.descriptor, packet_.data(), packet_.size(), MSG_DONTWAIT,
                               reinterpret_cast<sockaddr*>(&sender), &size);
   if (bytes <= 0) return bytes == 0;
   Address from{};
   std::memcpy(from.data(), &sender.sin_addr, from.size());
-  deliver_({packet_.data(), static_cast<std::size_t>(bytes)}, from, ntohs(sender.sin_port));
+  (*socket.deliver)({packet_.data(), static_cast<std::size_t>(bytes)}, from, ntohs(sender.sin_port));
   return true;
 }
 
 void UdpReceiver::sleep_until(Clock::time_point deadline) {
   thread_local std::vector<pollfd> sources;
   sources.clear();
-  for (const int socket : sockets_) sources.push_back({socket, POLLIN, 0});
+  for (const Socket& socket : sockets_) sources.push_back({socket.descriptor, POLLIN, 0});
   sources.push_back({interrupt_, POLLIN, 0});
   timespec left{};
   const bool endless = deadline == Clock::time_point::max();

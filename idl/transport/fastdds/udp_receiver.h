@@ -1,5 +1,5 @@
 #pragma once
-// The sockets of one UDP port. Their packets are delivered by a thread of the receiver or, as long as there is one, by a
+// The sockets of UDP ports. Their packets are delivered by a thread of the receiver or, as long as there is one, by a
 // thread that waits for what they bring (leader/followers pattern, Schmidt et al., POSA2): an exchange is then spared
 // the change from the thread that receives to the thread that waits.
 #include <array>
@@ -8,6 +8,7 @@
 #include <condition_variable>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <span>
 #include <thread>
@@ -23,22 +24,22 @@ class UdpReceiver {
   using Deliver =
       std::function<void(std::span<const std::uint8_t> packet, const Address& from, std::uint16_t from_port)>;
 
-  UdpReceiver() = default;
-  ~UdpReceiver() { close(); }
+  UdpReceiver();
+  ~UdpReceiver();
   UdpReceiver(const UdpReceiver&) = delete;
   UdpReceiver& operator=(const UdpReceiver&) = delete;
 
-  /// Binds the port on each of these addresses and starts the receiver's thread. `buffer_bytes`: of the kernel, for each
-  /// socket. False: the port is taken on one of them, or the receiver is open.
+  /// Binds the port on each of these addresses; the first one starts the receiver's thread. `buffer_bytes`: of the kernel,
+  /// for each socket. False: the port is taken on one of them.
   bool open(std::uint16_t port, const std::vector<Address>& addresses, std::uint32_t buffer_bytes,
             Deliver deliver);
-  bool is_open(std::uint16_t port) const { return port_.load() == port && port != 0; }
-  /// After its return `deliver` is not called. Not from within `deliver`.
-  void close();
+  bool is_open(std::uint16_t port);
+  /// After its return the port's `deliver` is not called. Not from within `deliver`.
+  void close(std::uint16_t port);
 
-  /// Delivers packets in this thread until `ready` or the deadline. False, at once: the receiver is closed, or another
-  /// thread waits here; that one delivers. `ready` is asked after each packet and each interrupt(). The caller holds no
-  /// lock that `deliver` takes.
+  /// Delivers packets in this thread until `ready` or the deadline. False: no port is open, another thread waits here and
+  /// delivers, or ports are opened or closed meanwhile. `ready` is asked after each packet and each interrupt(). The caller
+  /// holds no lock that `deliver` takes.
   bool lead(Clock::time_point deadline, const std::function<bool()>& ready);
   /// Any thread: the thread in lead() asks `ready` again.
   void interrupt();
@@ -56,19 +57,26 @@ class UdpReceiver {
   };
 
  private:
+  struct Socket {
+    int descriptor;
+    std::uint16_t port;
+    std::shared_ptr<const Deliver> deliver;
+  };
+  /// Holds leader_ in place of the thread that has it, which leaves.
+  class Exclusive;
+
   void run();
   /// With leader_ held: delivers one packet of each socket, `all`, or of the first one. False: there was none.
   bool receive(bool all);
-  bool receive_from(int socket);
+  bool receive_from(const Socket& socket);
   /// With leader_ held: sleeps until a packet, an interrupt() or the deadline.
   void sleep_until(Clock::time_point deadline);
   bool is_led() const { return wanted_ > 0 || Clock::now().time_since_epoch().count() < led_until_.load(); }
-  void release();
+  void wake() const;
 
-  std::vector<int> sockets_;
-  int interrupt_ = -1;  ///< eventfd
-  Deliver deliver_;
-  std::vector<std::uint8_t> packet_;  // as all below: guarded by leader_
+  const int interrupt_;          ///< eventfd
+  std::vector<Socket> sockets_;  // guarded by leader_, as the next three
+  std::vector<std::uint8_t> packet_;
   std::uint32_t turns_ = 0;
   Clock::duration usual_wait_{std::chrono::milliseconds{1}};
 
@@ -77,8 +85,8 @@ class UdpReceiver {
   std::atomic<Clock::rep> led_until_{0};  ///< until then the own thread leaves the sockets alone
   std::atomic<int> wanted_{0};            ///< threads that wait for leader_ in lead()
   std::atomic<int> followers_{0};
-  std::atomic<std::uint16_t> port_{0};  ///< 0: closed
-  std::atomic<bool> closing_{false};
+  std::atomic<int> exclusive_{0};  ///< threads that have or want leader_ for a change of the sockets
+  std::atomic<bool> open_{false}, ending_{false};
   std::mutex sleep_;
   std::condition_variable woken_;
   std::thread thread_;

@@ -146,7 +146,7 @@ class GuardTransport final : public ChainedTransport {
   }
   bool CloseInputChannel(const rtps::Locator_t& at) override {
     if (!brings_samples(at)) return ChainedTransport::CloseInputChannel(at);
-    guard_->receiver().close();
+    guard_->receiver().close(static_cast<std::uint16_t>(at.port));
     return true;
   }
 
