@@ -133,7 +133,7 @@ int run(const std::string& python_dir) {
       options,
       [&](const client::RawTopic& topic) {
         while (opener == nullptr) std::this_thread::yield();
-        if (topic.name.ends_with("/Robot1/joint_commands")) opener.load()->open(topic.name, 10);
+        if (topic.name.ends_with("/commands")) opener.load()->open(topic.name, 10);
       },
       [&](const client::RawTopic&, std::string_view) { ++commands; });
   opener = &topics;
