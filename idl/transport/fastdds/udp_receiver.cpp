@@ -3,6 +3,7 @@
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <poll.h>
+#include <sched.h>
 #include <sys/eventfd.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -146,6 +147,7 @@ bool UdpReceiver::lead(Clock::time_point deadline, const std::function<bool()>& 
     if (!came) {
       now = Clock::now();
       if (now >= deadline) break;
+      sched_yield();  // two controllers and a server may look for packets on two processors
       if (usual_wait_ > kWorthSpinning || now - began > 2 * kWorthSpinning) {
         sleep_until(deadline);
         if (Clock::now() >= deadline && !receive(true)) break;
