@@ -12,6 +12,7 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace takt {
@@ -78,20 +79,30 @@ std::set<std::string> mapped_files(const std::filesystem::path& directory) {
   return mapped;
 }
 
+std::size_t remove_files(const std::filesystem::path& directory, const std::vector<std::string>& names) {
+  std::size_t removed = 0;
+  for (const std::string& name : names) removed += unlink((directory / name).c_str()) == 0 ? 1U : 0U;
+  return removed;
+}
+
+/// Other files of a port than its exclusive lock.
+std::vector<std::string> files_of_port(const std::string& name) {
+  return {name, name + std::string(kShared), "sem." + name + "_mutex"};
+}
+
 /// Ports that their reader has left, and that a writer was killed with: they have no lock. Removed are those that no process
 /// has mapped. Other users' files stay, as their processes hide their mappings.
-std::size_t remove_left_ports(const std::filesystem::path& directory, const std::set<std::string>& left) {
-  if (left.empty()) return 0;
+std::size_t remove_left_ports(const std::filesystem::path& directory, std::set<std::string> left) {
+  std::erase_if(left, [&](const std::string& name) {
+    const TakenLock readers((directory / (name + std::string(kShared))).string());
+    return !is_own(directory / name) || (!readers.taken() && !readers.missing());
+  });
+  if (left.empty()) return 0;  // the usual case: mappings of all processes are costly to read
   std::error_code error;
   const auto mapped = mapped_files(std::filesystem::canonical(directory, error));
   std::size_t removed = 0;
-  for (const std::string& name : left) {
-    if (mapped.contains(name) || !is_own(directory / name)) continue;
-    const TakenLock readers((directory / (name + std::string(kShared))).string());
-    if (!readers.taken() && !readers.missing()) continue;
-    for (const std::string& file : {name, name + std::string(kShared), "sem." + name + "_mutex"})
-      removed += unlink((directory / file).c_str()) == 0 ? 1U : 0U;
-  }
+  for (const std::string& name : left)
+    if (!mapped.contains(name)) removed += remove_files(directory, files_of_port(name));
   return removed;
 }
 
@@ -110,10 +121,7 @@ std::size_t remove_stale_shared_memory(const std::filesystem::path& directory, d
       left.insert(name);
   }
   for (const std::string& name : names) left.erase(name);
-  std::size_t removed = remove_left_ports(directory, left);
-  const auto remove = [&](const std::string& name) {
-    removed += unlink((directory / name).c_str()) == 0 ? 1U : 0U;
-  };
+  std::size_t removed = remove_left_ports(directory, std::move(left));
   for (const std::string& name : names) {
     const std::string file = (directory / name).string();
     if (age_s(file + std::string(kExclusive)) < older_than_s) continue;
@@ -123,12 +131,8 @@ std::size_t remove_stale_shared_memory(const std::filesystem::path& directory, d
     // Other processes may still write to the port of a dead one.
     const TakenLock writers(file + std::string(kShared));
     if (port && !writers.taken() && !writers.missing()) continue;
-    remove(name);
-    if (port) {
-      remove(name + std::string(kShared));
-      remove("sem." + name + "_mutex");
-    }
-    remove(name + std::string(kExclusive));
+    removed += remove_files(directory, port ? files_of_port(name) : std::vector{name});
+    removed += remove_files(directory, {name + std::string(kExclusive)});
   }
   return removed;
 }
