@@ -1,6 +1,6 @@
 // takt-make-meshes OUTDIR: writes the meshes of the scenarios as OBJ files (README.md in config/meshes).
 // takt-make-meshes --large OUTDIR: the meshes that are too large to be committed.
-// takt-make-meshes --cells OUTDIR [--set NAME=VALUE]...: those of the chainsaw, rotor and furnace cells (too
+// takt-make-meshes --cells OUTDIR [--set NAME=VALUE]...: those of the chainsaw, rotor, furnace and screw cells (too
 // large as well), with other parameters (clearances, interference, chamfers, element sizes).
 // takt-make-meshes --parameters: their names, defaults, and the values allowed.
 #include <cstdio>
@@ -112,6 +112,7 @@ void make_cells(const std::string& directory, const std::vector<std::string>& se
   std::filesystem::create_directories(directory);
   takt::meshes::make_chainsaw_meshes(directory, parameters.chainsaw);
   takt::meshes::make_rotor_meshes(directory, parameters.rotor);
+  takt::meshes::make_screw_meshes(directory, parameters.screw, parameters.gear);
 }
 
 }  // namespace

@@ -19,7 +19,8 @@ namespace {
 struct Parameter {
   const char* name;
   std::variant<double ChainsawParameters::*, int ChainsawParameters::*, double RotorParameters::*,
-               int RotorParameters::*>
+               int RotorParameters::*, double ScrewParameters::*, int ScrewParameters::*,
+               double GearParameters::*, int GearParameters::*>
       member;
   double lower, upper;
   const char* what;
@@ -27,8 +28,10 @@ struct Parameter {
 
 using C = ChainsawParameters;
 using R = RotorParameters;
+using S = ScrewParameters;
+using G = GearParameters;
 
-const std::array<Parameter, 21> kParameters{{
+const std::array<Parameter, 37> kParameters{{
     {"chainsaw.boss_radius", &C::boss_radius, 0.008, 0.014, "of the motor's boss (m)"},
     {"chainsaw.interference", &C::interference, -1e-3, 2e-4, "radial, boss in seat; negative: clearance (m)"},
     {"chainsaw.boss_chamfer", &C::boss_chamfer, 1e-4, 3e-3, "(m)"},
@@ -51,15 +54,35 @@ const std::array<Parameter, 21> kParameters{{
     {"rotor.clearance", &R::clearance, -1e-4, 1e-3, "of a magnet, per side; negative: interference (m)"},
     {"rotor.contact_edge", &R::contact_edge, 5e-4, 1e-2, "of elements of magnet and slot (m)"},
     {"rotor.magnet_chamfer", &R::magnet_chamfer, 1e-4, 2e-3, "of its ends (m)"},
+    {"screw.diameter", &S::diameter, 0.002, 0.1, "nominal (m)"},
+    {"screw.pitch", &S::pitch, 2e-4, 0.006, "of the thread (m)"},
+    {"screw.clearance", &S::clearance, -1e-4, 1e-3, "radial, between the profiles of bolt and nut (m)"},
+    {"screw.length", &S::length, 0.001, 0.3, "of the bolt's thread (m)"},
+    {"screw.head_height", &S::head_height, 0.001, 0.1, "(m)"},
+    {"screw.across_flats", &S::across_flats, 0.003, 0.2, "of head and nut (m)"},
+    {"screw.nut_height", &S::nut_height, 0.001, 0.1, "(m)"},
+    {"screw.contact_edge", &S::contact_edge, 2e-5, 5e-3, "of elements up and down the flanks (m)"},
+    {"screw.columns", &S::columns, 12, 1200, "vertices around, a multiple of 12"},
+    {"gear.module", &G::module, 2e-4, 0.02, "pitch diameter per tooth (m)"},
+    {"gear.width", &G::width, 0.001, 0.2, "of the teeth (m)"},
+    {"gear.bore_radius", &G::bore_radius, 5e-4, 0.2, "(m)"},
+    {"gear.backlash", &G::backlash, -1e-4, 1e-3, "by which each tooth is thinner on the pitch circle (m)"},
+    {"gear.contact_edge", &G::contact_edge, 2e-5, 1e-2, "of elements along flanks and width (m)"},
+    {"gear.pinion_teeth", &G::pinion_teeth, 8, 200, "(number)"},
+    {"gear.wheel_teeth", &G::wheel_teeth, 8, 400, "(number)"},
 }};
 
 /// Calls `use` with a reference to the value.
 template <typename Parameters, typename Use>
 void with_value(Parameters& parameters, const Parameter& parameter, const Use& use) {
-  if (const auto* length = std::get_if<double C::*>(&parameter.member)) use(parameters.chainsaw.**length);
-  if (const auto* count = std::get_if<int C::*>(&parameter.member)) use(parameters.chainsaw.**count);
-  if (const auto* length = std::get_if<double R::*>(&parameter.member)) use(parameters.rotor.**length);
-  if (const auto* count = std::get_if<int R::*>(&parameter.member)) use(parameters.rotor.**count);
+  const auto in = [&](auto& group, auto length, auto count) {
+    if (const auto* member = std::get_if<decltype(length)>(&parameter.member)) use(group.**member);
+    if (const auto* member = std::get_if<decltype(count)>(&parameter.member)) use(group.**member);
+  };
+  in(parameters.chainsaw, static_cast<double C::*>(nullptr), static_cast<int C::*>(nullptr));
+  in(parameters.rotor, static_cast<double R::*>(nullptr), static_cast<int R::*>(nullptr));
+  in(parameters.screw, static_cast<double S::*>(nullptr), static_cast<int S::*>(nullptr));
+  in(parameters.gear, static_cast<double G::*>(nullptr), static_cast<int G::*>(nullptr));
 }
 
 }  // namespace
@@ -72,8 +95,10 @@ void set_parameter(CellParameters& parameters, const std::string& text) {
     const std::string given = text.substr(equals + 1);
     const auto value = finite_number(given);
     const bool in_range = value && *value >= parameter.lower && *value <= parameter.upper;
-    const bool counts = std::holds_alternative<int C::*>(parameter.member) ||
-                        std::holds_alternative<int R::*>(parameter.member);
+    bool counts = false;
+    with_value(parameters, parameter, [&](auto& member) {
+      counts = std::is_same_v<std::remove_reference_t<decltype(member)>, int>;
+    });
     if (!in_range || (counts && *value != std::round(*value)))
       throw std::invalid_argument("--set " + name + ": found '" + given + "'; allowed: a " +
                                   (counts ? "whole number" : "number") + " from " +

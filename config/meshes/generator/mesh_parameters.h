@@ -5,12 +5,15 @@
 
 #include "config/meshes/generator/chainsaw_meshes.h"
 #include "config/meshes/generator/rotor_meshes.h"
+#include "config/meshes/generator/screw_meshes.h"
 
 namespace takt::meshes {
 
 struct CellParameters {
   ChainsawParameters chainsaw;
   RotorParameters rotor;
+  ScrewParameters screw;
+  GearParameters gear;
 };
 
 /// "GROUP.NAME=VALUE". Throws std::invalid_argument with the values allowed.

@@ -49,7 +49,9 @@ void ContactCandidates::rebuild(const ContactSurface::Data& base, const ContactS
   work.simple_.clear();
   work.local_.resize(target.patches.size(), -1);
   const Build build{base, target, X_TB_, bound_m_ + kSlack_m, work};
-  if (target.signed_distance_m(center_T_) <= reach_m_ + build.bound_m) {
+  const double clear_m =
+      target.octree.empty() ? target.signed_distance_m(center_T_) : target.octree.at_least_m(center_T_);
+  if (clear_m <= reach_m_ + build.bound_m) {
     for (std::uint32_t e = cluster.begin; e < cluster.end; ++e) {
       const Vec3 p = X_TB * base.point(e);
       bool may = above.empty();
@@ -96,6 +98,7 @@ void ContactCandidates::add_element(const Build& build, std::int32_t index) {
   for (int k = 0; k < 3; ++k)
     if (std::abs(p[k] - target.box.center_B[k]) > target.box.half_B[k] + build.bound_m) return;
 
+  if (target.octree.at_least_m(p) > build.bound_m) return;
   // All faces within the bound; without any, the sign of the closest one gives the side.
   const double signed_m = target.signed_distance_m(p);
   if (signed_m > build.bound_m) return;

@@ -9,13 +9,23 @@
 namespace takt {
 namespace {
 
-constexpr double kLargestBound_m = 1e-3, kSmallestBound_m = 2e-5;
 /// Motion after which the search for a lost region is repeated; doubled after each failure.
 constexpr double kAgain_m = 2e-4;
+/// Bounds of the motion for which lists are made.
+constexpr double kLargestBound_m = 1e-3, kSmallestBound_m = 2e-5;
+/// Lists are made where they will serve about this many poses, by the path during the last few.
+constexpr double kPosesOfLists = 16.0;
+constexpr std::uint32_t kLastPoses = 8;
 /// Leaves have no more elements.
 constexpr std::size_t kLeaf = 64;
 /// Centroids higher above a plane than this are far from where it meets another one.
 constexpr double kHigh_m = 1e-6;
+
+/// A search for a region costs as much as this many visits without one; where regions do not last, visits
+/// between searches double up to a limit.
+constexpr std::uint32_t kWorth = 4, kLongestWait = 1U << 14U;
+/// Rounding of lengths.
+constexpr double kSlack_m = 1e-8;
 
 /// Lists are short if the bound is a fraction of the size of the Target's patches and faces.
 double first_bound_m(const ContactSurface::Data& target) {
@@ -50,29 +60,35 @@ struct ContactSearch::Planes {
   }
 };
 
+/// A leaf with elements near the Target.
 struct ContactSearch::Open {
   ContactCandidates lists;
   ContactDepths depths;
   double bound_m = 0.0;
   std::uint64_t uses = 0;  ///< of the present lists
-  // Travelled length up to which the lists hold, and up to which no element is in contact.
-  double until_m = -1.0, quiet_until_m = -1.0;
+  double until_m = -1.0;   ///< travelled length up to which the lists hold
+  // Of poses without lists: their number, the travelled length at the first of them.
+  std::uint32_t poses = 0;
+  double since_m = 0.0;
 };
 
 ContactSearch::ContactSearch(const ContactSurface::Data& base, const ContactSurface::Data& target)
     : base_(base),
       target_(target),
       tolerance_(target),
-      first_bound_m_(first_bound_m(target)),
       regions_(base.clusters.size()),
+      states_(base.clusters.size()),
+      faces_(target),
+      first_bound_m_(first_bound_m(target)),
       opened_(base.clusters.size()) {}
 
 ContactSearch::~ContactSearch() = default;
 
 void ContactSearch::forget() {
   for (SeparatingPlanes& region : regions_) region.made = false;
+  std::fill(states_.begin(), states_.end(), State{});
   for (auto& open : opened_)
-    if (open != nullptr) open->lists.forget(), open->uses = 0, open->until_m = open->quiet_until_m = -1.0;
+    if (open != nullptr) open->lists.forget(), open->uses = 0, open->until_m = -1.0, open->poses = 0;
 }
 
 bool ContactSearch::find(const Pose& X_TB, const Pose& X_BT) {
@@ -82,12 +98,13 @@ bool ContactSearch::find(const Pose& X_TB, const Pose& X_BT) {
   made_ = false;
   hits_ = 0;
   normals_.clear(), bends_.clear();
+  faces_.at(X_TB, X_BT);
   if (!regions_.empty()) visit(0, nullptr);
   return made_;
 }
 
 void ContactSearch::travel(const Pose& X_TB) {
-  const double reach_m = base_.radius_m + kLargestBound_m;
+  const double reach_m = base_.radius_m + kSlack_m;
   travelled_m_ += std::sqrt(0.5 * (X_TB.R - X_TB_.R).squaredNorm()) * reach_m +
                   (X_TB * base_.box.center_B - X_TB_ * base_.box.center_B).norm();
 }
@@ -99,8 +116,28 @@ bool ContactSearch::left(const ContactCluster& cluster, const Planes& planes) co
   return false;
 }
 
+/// Whether a search for a region is worth its time now.
+bool ContactSearch::region_pays(State& state) const {
+  if (target_.octree.empty()) return true;
+  if (state.uses < state.wait) return false;
+  const std::uint32_t longer = state.wait == 0 ? kWorth : std::min(2 * state.wait, kLongestWait);
+  state.wait = state.uses >= 4 * std::max(state.wait, kWorth) ? kWorth : longer;
+  state.uses = 0;
+  return true;
+}
+
+void ContactSearch::look(std::size_t index, bool leaf) {
+  SeparatingPlanes& region = regions_[index];
+  find_free_region(base_, target_, base_.clusters[index], X_TB_, leaf, region);
+  made_ = true;
+  region.again_m = travelled_m_ + region.again_after_m;
+  region.until_m = travelled_m_ + region.least_bound_m();
+}
+
 void ContactSearch::visit(std::size_t index, const Planes* from) {
   const ContactCluster& cluster = base_.clusters[index];
+  State& state = states_[index];
+  if (travelled_m_ <= state.quiet_until_m) return;
   const bool leaf = cluster.second < 0;
   const auto go_down = [&](const Planes* planes) {
     visit(index + 1, planes);
@@ -115,19 +152,27 @@ void ContactSearch::visit(std::size_t index, const Planes* from) {
     }
   }
   SeparatingPlanes& region = regions_[index];
-  const auto look = [&] {
-    find_free_region(base_, target_, cluster, X_TB_, leaf, region);
-    made_ = true;
-    region.again_m = travelled_m_ + region.again_after_m;
-  };
-  if (!(region.made && travelled_m_ <= region.until_m)) {
-    double used = region.made ? region.used(cluster, X_TB_) : 2.0;
-    if (!(used <= 1.0)) {
-      region.again_after_m = kAgain_m;
-      look();
-      used = 0.0;
+  ++state.uses;
+  bool valid = region.made && travelled_m_ <= region.until_m;
+  if (!valid) {
+    const double used = region.made ? region.used(cluster, X_TB_) : 2.0;
+    valid = used <= 1.0;
+    if (valid) region.until_m = travelled_m_ + (1.0 - used) * region.least_bound_m();
+  }
+  if (!valid || region.kind == SeparatingPlanes::Kind::none) {
+    const double clear_m = target_.octree.at_least_m(X_TB_ * cluster.center_B) - cluster.radius_m - kSlack_m;
+    if (clear_m > 0.0) {
+      state.quiet_until_m = travelled_m_ + clear_m;
+      return;
     }
-    region.until_m = travelled_m_ + (1.0 - used) * region.least_bound_m();
+    if (!valid) {
+      region.made = false;
+      valid = region_pays(state);
+      if (valid) {
+        region.again_after_m = kAgain_m;
+        look(index, leaf);
+      }
+    }
   }
   const auto without = [&] {
     if (leaf)
@@ -135,14 +180,13 @@ void ContactSearch::visit(std::size_t index, const Planes* from) {
     else
       go_down(from);
   };
-  if (region.kind == SeparatingPlanes::Kind::none) return without();
+  if (!valid || region.kind == SeparatingPlanes::Kind::none) return without();
   Planes planes(region, cluster, target_, X_TB_, X_BT_);
   if (!left(cluster, planes)) return;
-  if (region.kind == SeparatingPlanes::Kind::free && travelled_m_ > region.again_m) {
+  if (region.kind == SeparatingPlanes::Kind::free && travelled_m_ > region.again_m && region_pays(state)) {
     // The region includes planes that do not bound it at this pose, such as those of a passed chamfer.
     region.again_after_m *= 2.0;
-    look();
-    region.until_m = travelled_m_ + region.least_bound_m();
+    look(index, leaf);
     if (region.kind == SeparatingPlanes::Kind::none) return without();
     planes = Planes(region, cluster, target_, X_TB_, X_BT_);
     if (!left(cluster, planes)) return;
@@ -224,55 +268,95 @@ bool ContactSearch::solid_leaf(const ContactCluster& cluster, const Planes& plan
 }
 
 void ContactSearch::open_leaf(std::size_t index, const Planes* planes) {
-  const ContactCluster& cluster = base_.clusters[index];
   auto& open = opened_[index];
   if (open == nullptr) {
     open = std::make_unique<Open>();
     open->bound_m = first_bound_m_;
   }
-  if (travelled_m_ <= open->quiet_until_m) return;
-  ContactCandidates& lists = open->lists;
+  const ContactCluster& cluster = base_.clusters[index];
+  if (use_lists(*open, cluster, planes))
+    add_from_lists(*open, states_[index]);
+  else
+    add_from_faces(cluster, states_[index]);
+}
+
+/// False where lists would expire too soon.
+bool ContactSearch::use_lists(Open& open, const ContactCluster& cluster, const Planes* planes) {
+  ContactCandidates& lists = open.lists;
   bool rebuild = false;
-  if (!(travelled_m_ <= open->until_m)) {
+  if (!(travelled_m_ <= open.until_m)) {
     rebuild = !lists.cover(X_TB_);
-    open->until_m = travelled_m_ + lists.bound_m() - lists.moved_m(X_TB_);
+    if (rebuild && !target_.octree.empty()) {
+      if (open.poses == 0) open.since_m = travelled_m_;
+      if (++open.poses <= kLastPoses) return false;
+      const bool slow = kPosesOfLists * (travelled_m_ - open.since_m) < kLastPoses * open.bound_m;
+      open.poses = 0;
+      if (!slow) return false;
+    }
+    open.until_m = travelled_m_ + lists.bound_m() - lists.moved_m(X_TB_);
   }
   if (rebuild) {
-    if (open->uses > 0 && open->uses < 32) open->bound_m = std::min(2.0 * open->bound_m, kLargestBound_m);
-  } else if (++open->uses % 256 == 0 && open->bound_m > kSmallestBound_m &&
-             lists.slot_count() > 2 * open->depths.hits().size() + 4) {
-    open->bound_m = std::max(0.5 * open->bound_m, kSmallestBound_m);
+    if (open.uses > 0 && open.uses < 32 && target_.octree.empty())
+      open.bound_m = std::min(2.0 * open.bound_m, kLargestBound_m);
+  } else if (++open.uses % 256 == 0 && open.bound_m > kSmallestBound_m &&
+             lists.slot_count() > 2 * open.depths.hits().size() + 4) {
+    open.bound_m = std::max(0.5 * open.bound_m, kSmallestBound_m);
     rebuild = true;
   }
-  if (rebuild) {
-    // The set above all planes is outside while the region is valid.
-    std::span<const std::int32_t> above;
-    if (planes != nullptr && open->bound_m < (1.0 - planes->region->used(*planes->cluster, X_TB_)) *
-                                                 planes->region->least_bound_m())
-      above = planes->region->all();
-    lists.rebuild(base_, target_, cluster, X_TB_, open->bound_m, above, work_);
-    open->depths.prepare(lists);
-    open->uses = 1;
-    open->until_m = travelled_m_ + lists.bound_m();
-    made_ = true;
-  }
-  open->depths.find(base_, target_, lists, X_TB_, X_BT_);
-  open->quiet_until_m = -1.0;
-  if (open->depths.hits().empty()) {
-    const double quiet_m = std::min(0.999 * open->depths.quiet_m(), lists.bound_m() - lists.moved_m(X_TB_));
-    if (quiet_m > 0.0) open->quiet_until_m = travelled_m_ + quiet_m;
+  if (!rebuild) return true;
+  // The set above all planes is outside while the region is valid.
+  std::span<const std::int32_t> above;
+  if (planes != nullptr &&
+      open.bound_m < (1.0 - planes->region->used(*planes->cluster, X_TB_)) * planes->region->least_bound_m())
+    above = planes->region->all();
+  lists.rebuild(base_, target_, cluster, X_TB_, open.bound_m, above, work_);
+  open.depths.prepare(lists);
+  open.uses = 1;
+  open.until_m = travelled_m_ + lists.bound_m();
+  made_ = true;
+  return true;
+}
+
+void ContactSearch::add_from_lists(Open& open, State& state) {
+  const ContactCandidates& lists = open.lists;
+  open.depths.find(base_, target_, lists, X_TB_, X_BT_);
+  if (open.depths.hits().empty()) {
+    const double quiet_m = std::min(0.999 * open.depths.quiet_m(), lists.bound_m() - lists.moved_m(X_TB_));
+    if (quiet_m > 0.0) state.quiet_until_m = travelled_m_ + quiet_m;
     return;
   }
-  make_room(open->depths.hits().size());
-  for (const std::int32_t hit : open->depths.hits()) {
+  make_room(open.depths.hits().size());
+  for (const std::int32_t hit : open.depths.hits()) {
     const auto slot = static_cast<std::size_t>(hit);
     elements_[hits_] = lists.element[slot];
-    depths_m_[hits_] = open->depths.depth_m(slot);
+    depths_m_[hits_] = open.depths.depth_m(slot);
     normal_[hits_] = static_cast<std::int32_t>(normals_.size());
-    normals_.push_back(open->depths.normal_B(slot));
-    if (const ContactDepths::Bend* bend = open->depths.bend(slot)) bends_.push_back({hits_, bend->edge_B});
+    normals_.push_back(open.depths.normal_B(slot));
+    if (const ContactDepths::Bend* bend = open.depths.bend(slot)) bends_.push_back({hits_, bend->edge_B});
     ++hits_;
   }
+}
+
+void ContactSearch::add_from_faces(const ContactCluster& cluster, State& state) {
+  const std::size_t count = cluster.end - cluster.begin, first = hits_;
+  make_room(count);
+  std::array<Vec3, kLeaf> points;
+  std::array<FaceDepths::Depth, kLeaf> depths;
+  for (std::size_t i = 0; i < count; ++i) points[i] = base_.point(cluster.begin + i);
+  faces_.find({points.data(), count}, {depths.data(), count});
+  double quiet_m = INFINITY;
+  for (std::size_t i = 0; i < count; ++i) {
+    const FaceDepths::Depth& found = depths[i];
+    quiet_m = std::min(quiet_m, found.clear_m);
+    if (!(found.depth_m > 0.0)) continue;
+    elements_[hits_] = static_cast<std::int32_t>(cluster.begin + i);
+    depths_m_[hits_] = found.depth_m;
+    normal_[hits_] = static_cast<std::int32_t>(normals_.size());
+    normals_.push_back(found.normal_B);
+    if (found.bend) bends_.push_back({hits_, found.edge_B});
+    ++hits_;
+  }
+  if (hits_ == first && quiet_m > kSlack_m) state.quiet_until_m = travelled_m_ + 0.999 * quiet_m - kSlack_m;
 }
 
 }  // namespace takt

@@ -1,11 +1,12 @@
 #pragma once
 // Finds the elements of the Base that are in contact at a pose. The search descends into the tree of the
-// Base's clusters only where a cluster leaves its free region: clusters beside the Target, or sliding along
-// it, cost a few plane tests. Inside solid regions penetrations follow from the planes, elsewhere from
-// candidate lists of the leaves.
+// Base's clusters where neither the octree of the Target's faces nor a free region keeps a cluster out of
+// contact: clusters beside the Target, or sliding along a flat of it, cost a few tests. Inside solid regions
+// penetrations follow from the planes. Elsewhere they follow from the faces that the octree lists, or, where
+// the Base moves slowly, from candidate lists that hold for many poses.
 //
-// Regions and lists change no bit: depths below a patch are always computed from its plane in the frame of
-// the Base, and where rounding might decide between two faces the faces themselves are tested.
+// Regions and lists change no bit: depths below a patch are always computed from its plane in the frame of the Base,
+// and where rounding might decide between two faces the faces themselves are tested.
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -13,6 +14,7 @@
 
 #include "server/contact/surface/contact_candidates.h"
 #include "server/contact/surface/contact_depths.h"
+#include "server/contact/surface/face_depths.h"
 #include "server/contact/surface/separating_planes.h"
 
 namespace takt {
@@ -22,7 +24,7 @@ class ContactSearch {
   ContactSearch(const ContactSurface::Data& base, const ContactSurface::Data& target);
   ~ContactSearch();
 
-  /// `X_BT`: the inverse of X_TB. True if regions or lists were rebuilt.
+  /// `X_BT`: the inverse of X_TB. True if a region was searched or a list was made.
   bool find(const Pose& X_TB, const Pose& X_BT);
   void forget();
 
@@ -42,25 +44,38 @@ class ContactSearch {
  private:
   struct Planes;
   struct Open;
+  /// Of a cluster.
+  struct State {
+    double quiet_until_m = -1.0;  ///< travelled length up to which no element is in contact
+    std::uint32_t uses = 0;       ///< visits since the last search for a region
+    std::uint32_t wait = 0;       ///< visits before the next one
+  };
 
   void visit(std::size_t index, const Planes* from);
+  bool region_pays(State& state) const;
+  void look(std::size_t index, bool leaf);
   bool left(const ContactCluster& cluster, const Planes& planes) const;
   bool solid_leaf(const ContactCluster& cluster, const Planes& planes);
   void open_leaf(std::size_t index, const Planes* planes);
+  bool use_lists(Open& open, const ContactCluster& cluster, const Planes* planes);
+  void add_from_lists(Open& open, State& state);
+  void add_from_faces(const ContactCluster& cluster, State& state);
   void travel(const Pose& X_TB);
   void make_room(std::size_t count);
 
   const ContactSurface::Data& base_;
   const ContactSurface::Data& target_;
   PlaneTolerance tolerance_;
-  double first_bound_m_;
   Pose X_TB_, X_BT_;
   bool made_ = false;
   /// Upper bound of the path of any point since the start: most validity tests need only this length and no
   /// poses.
   double travelled_m_ = 0.0;
-  std::vector<SeparatingPlanes> regions_;      ///< per cluster
-  std::vector<std::unique_ptr<Open>> opened_;  ///< per cluster, where a leaf needed lists
+  std::vector<SeparatingPlanes> regions_;  ///< per cluster
+  std::vector<State> states_;              ///< per cluster
+  FaceDepths faces_;
+  double first_bound_m_;
+  std::vector<std::unique_ptr<Open>> opened_;  ///< per cluster, where a leaf is open
   ContactCandidates::Work work_;
 
   std::size_t hits_ = 0;

@@ -132,6 +132,7 @@ void make_faces(const TriangleMesh& mesh, Data& data) {
   connect_faces(data);
   find_patches(data, normals, areas);
   find_vertex_normals(data);
+  if (data.curved()) data.octree = FaceOctree(data);
   make_pieces(data);
 }
 

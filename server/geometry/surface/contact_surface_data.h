@@ -1,11 +1,13 @@
 #pragma once
 // The prepared data of ContactSurface, for the Polygonal Contact Model alone. All in the frame of the body.
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <vector>
 
 #include "server/geometry/box_tree.h"
 #include "server/geometry/surface/contact_surface.h"
+#include "server/geometry/surface/face_octree.h"
 
 namespace takt {
 
@@ -69,6 +71,7 @@ struct ContactSurface::Data {
   std::vector<ContactFace> faces;
   std::vector<ContactPatch> patches;
   BoxTree face_tree;
+  FaceOctree octree;                 ///< empty unless curved()
   std::vector<ContactPiece> pieces;  ///< cover all faces
   std::vector<std::int32_t> piece_faces;
   BoxTree piece_tree;  ///< labelled with the patches
@@ -78,6 +81,9 @@ struct ContactSurface::Data {
   double radius_m = 0.0;  ///< of the sphere about its centre around all vertices
   double wall_m = 0.0;    ///< see ContactSurface::wall_m()
 
+  /// Most faces are flats of their own, and there are many: regions and candidate lists hold for short ways
+  /// only.
+  bool curved() const { return patches.size() > 64 && 4 * patches.size() > faces.size(); }
   std::size_t element_count() const { return area_m2.size(); }
   Vec3 point(std::size_t element) const { return {px[element], py[element], pz[element]}; }
   Vec3 normal(std::size_t element) const { return {nx[element], ny[element], nz[element]}; }
@@ -85,6 +91,15 @@ struct ContactSurface::Data {
     return {vertices[face.vertex[0]], vertices[face.vertex[1]], vertices[face.vertex[2]]};
   }
   ClosestOnFace closest_on_face(const ContactFace& face, const Vec3& x) const;
+  /// Lower bound of the squared distance (m^2) but for rounding: within its plane a face is no nearer than the
+  /// line of an edge that x is beyond.
+  double least_squared_m2(const ContactFace& face, const Vec3& x) const {
+    const ContactPatch& plane = patches[static_cast<std::size_t>(face.patch)];
+    const double height = plane.normal.dot(x) - plane.offset_m;
+    double beyond = 0.0;
+    for (std::size_t k = 0; k < 3; ++k) beyond = std::min(beyond, face.inward[k].dot(x) + face.shift_m[k]);
+    return height * height + beyond * beyond;
+  }
   /// Distance of x to the surface (m), negative inside. Walks the hierarchy of all faces.
   double signed_distance_m(const Vec3& x) const;
   /// Whether x, whose closest point on the surface is `closest` of this face, is inside.

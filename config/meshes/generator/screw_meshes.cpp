@@ -1,0 +1,343 @@
+#include "config/meshes/generator/screw_meshes.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include "config/meshes/generator/write_meshes.h"
+
+namespace takt::meshes {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+/// Vertices in the order of a key along a line, to be joined with a neighbouring line.
+struct Row {
+  std::vector<std::uint32_t> vertex;
+  std::vector<double> key;
+};
+
+class Maker {
+ public:
+  explicit Maker(const std::string& name) { solid_.name = name; }
+
+  std::uint32_t vertex(const Vec3& p) {
+    solid_.vertices.push_back(p);
+    return static_cast<std::uint32_t>(solid_.vertices.size() - 1);
+  }
+  void triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c) { solid_.triangles.push_back({a, b, c}); }
+  /// Fills the strip between two lines with triangles; equal keys are joined. Seen from outside, `right` is to
+  /// the right of `left` and keys grow upwards.
+  void strip(const Row& left, const Row& right) {
+    std::size_t i = 0, k = 0;
+    while (i + 1 < left.vertex.size() || k + 1 < right.vertex.size()) {
+      const bool left_ends = i + 1 == left.vertex.size(), right_ends = k + 1 == right.vertex.size();
+      const bool go_right = left_ends || (!right_ends && right.key[k + 1] <= left.key[i + 1]);
+      if (go_right) {
+        triangle(left.vertex[i], right.vertex[k], right.vertex[k + 1]);
+        ++k;
+      } else {
+        triangle(left.vertex[i], right.vertex[k], left.vertex[i + 1]);
+        ++i;
+      }
+    }
+  }
+  /// Between closed rings of equal size: quads from `lower` to `upper`, seen from outside counter-clockwise.
+  void ring(const std::vector<std::uint32_t>& lower, const std::vector<std::uint32_t>& upper) {
+    for (std::size_t i = 0; i < lower.size(); ++i) {
+      const std::size_t next = (i + 1) % lower.size();
+      triangle(lower[i], lower[next], upper[next]);
+      triangle(lower[i], upper[next], upper[i]);
+    }
+  }
+  /// Closes a ring, which runs counter-clockwise seen from outside, around a centre.
+  void fan(const std::vector<std::uint32_t>& ring, const Vec3& center) {
+    const std::uint32_t middle = vertex(center);
+    for (std::size_t i = 0; i < ring.size(); ++i) triangle(ring[i], ring[(i + 1) % ring.size()], middle);
+  }
+  Solid take() { return std::move(solid_); }
+
+ private:
+  Solid solid_;
+};
+
+std::vector<std::uint32_t> reversed(std::vector<std::uint32_t> ring) {
+  std::reverse(ring.begin(), ring.end());
+  return ring;
+}
+
+Vec3 cylindrical(double radius, double angle, double z) {
+  return {radius * std::cos(angle), radius * std::sin(angle), z};
+}
+
+/// One pitch of the basic profile over the axis, from the crest of the bolt.
+struct BasicProfile {
+  double pitch, crest_radius, root_radius;
+
+  explicit BasicProfile(const ScrewParameters& p, double inwards)
+      : pitch(p.pitch),
+        crest_radius(0.5 * p.diameter - inwards),
+        root_radius(crest_radius - 0.625 * std::sqrt(0.75) * p.pitch) {}
+
+  double radius(double along) const {
+    double u = along / pitch;
+    u = std::abs(u - std::round(u));  // symmetric about crests and roots
+    if (u <= 1.0 / 16.0) return crest_radius;
+    if (u >= 6.0 / 16.0) return root_radius;
+    return crest_radius + (u - 1.0 / 16.0) * 16.0 / 5.0 * (root_radius - crest_radius);
+  }
+  /// Where rows of vertices run, in pitches from the crest, ascending within one pitch.
+  std::vector<double> rows(double edge) const {
+    std::vector<double> at;
+    const auto line = [&](double from, double to, int pieces) {
+      for (int i = 0; i < pieces; ++i) at.push_back(from + (to - from) * i / pieces);
+    };
+    const double flank = std::hypot(5.0 / 16.0 * pitch, crest_radius - root_radius);
+    const int pieces = std::max(1, static_cast<int>(std::ceil(flank / edge - 1e-9)));
+    line(1.0 / 16.0, 6.0 / 16.0, pieces);
+    line(6.0 / 16.0, 10.0 / 16.0, std::max(1, static_cast<int>(std::ceil(0.25 * pitch / edge - 1e-9))));
+    line(10.0 / 16.0, 15.0 / 16.0, pieces);
+    line(15.0 / 16.0, 17.0 / 16.0, 1);
+    return at;
+  }
+};
+
+/// A threaded surface from z = 0 to `height`: one line of vertices for each angle. `radius(along, z)` with
+/// `along` = z less the rise of the helix. The keys are `along`.
+template <typename Radius>
+std::vector<Row> thread_lines(Maker& maker, const ScrewParameters& p, const BasicProfile& profile,
+                              double height, const Radius& radius) {
+  const std::vector<double> rows = profile.rows(p.contact_edge);
+  std::vector<Row> lines(static_cast<std::size_t>(p.columns));
+  const double least = 0.02 * p.pitch;  // nearer to an end, a row would make needles
+  for (int i = 0; i < p.columns; ++i) {
+    Row& line = lines[static_cast<std::size_t>(i)];
+    const double angle = 2.0 * kPi * i / p.columns, rise = p.pitch * i / p.columns;
+    const auto add = [&](double z) {
+      line.vertex.push_back(maker.vertex(cylindrical(radius(z - rise, z), angle, z)));
+      line.key.push_back(z - rise);
+    };
+    add(0.0);
+    const int turns = static_cast<int>(std::ceil(height / p.pitch)) + 1;
+    for (int turn = -2; turn <= turns; ++turn)
+      for (const double row : rows) {
+        const double z = (turn + row) * p.pitch + rise;
+        if (z > least && z < height - least) add(z);
+      }
+    add(height);
+  }
+  return lines;
+}
+
+void join_lines(Maker& maker, const ScrewParameters& p, std::vector<Row> lines, bool outwards) {
+  const std::size_t count = lines.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    Row next = lines[(i + 1) % count];
+    if (i + 1 == count)
+      for (double& key : next.key) key -= p.pitch;
+    // Keys of the same row differ by rounding.
+    for (Row* line : {&lines[i], &next})
+      for (double& key : line->key) key = std::round(key * 1e12) * 1e-12;
+    if (outwards) {
+      maker.strip(lines[i], next);
+    } else {
+      maker.strip(next, lines[i]);
+    }
+    if (i + 1 < count) lines[i + 1] = next;
+  }
+}
+
+std::vector<std::uint32_t> ends(const std::vector<Row>& lines, bool last) {
+  std::vector<std::uint32_t> ring;
+  for (const Row& line : lines) ring.push_back(last ? line.vertex.back() : line.vertex.front());
+  return ring;
+}
+
+std::vector<std::uint32_t> hexagon(Maker& maker, const ScrewParameters& p, double z) {
+  std::vector<std::uint32_t> ring;
+  for (int i = 0; i < p.columns; ++i) {
+    const double angle = 2.0 * kPi * i / p.columns;
+    const double from_flat = std::remainder(angle - kPi / 6.0, kPi / 3.0);
+    ring.push_back(maker.vertex(cylindrical(0.5 * p.across_flats / std::cos(from_flat), angle, z)));
+  }
+  return ring;
+}
+
+void check(const ScrewParameters& p) {
+  if (p.columns < 12 || p.columns % 12 != 0)
+    throw std::invalid_argument("screw.columns is " + std::to_string(p.columns) +
+                                "; allowed: a multiple of 12, so that the hexagon has its corners");
+  if (p.across_flats <= 1.1 * p.diameter)
+    throw std::invalid_argument("screw.across_flats is " + std::to_string(p.across_flats) +
+                                " m; allowed: more than 1.1 times screw.diameter");
+  if (p.pitch >= 0.5 * p.diameter)
+    throw std::invalid_argument("screw.pitch is " + std::to_string(p.pitch) +
+                                " m; allowed: less than half of screw.diameter");
+}
+
+}  // namespace
+
+ScrewParameters iso_metric(int size) {
+  struct Size {
+    int diameter_mm;
+    double pitch, across_flats, nut_height, head_height;  // mm
+  };
+  constexpr std::array<Size, 5> kSizes{{{8, 1.25, 13.0, 6.8, 5.3},
+                                        {10, 1.5, 16.0, 8.4, 6.4},
+                                        {12, 1.75, 18.0, 10.8, 7.5},
+                                        {16, 2.0, 24.0, 14.8, 10.0},
+                                        {20, 2.5, 30.0, 18.0, 12.5}}};
+  for (const Size& s : kSizes) {
+    if (s.diameter_mm != size) continue;
+    ScrewParameters p;
+    p.diameter = 1e-3 * size;
+    p.pitch = 1e-3 * s.pitch;
+    p.across_flats = 1e-3 * s.across_flats;
+    p.nut_height = 1e-3 * s.nut_height;
+    p.head_height = 1e-3 * s.head_height;
+    p.length = 13.0 * p.pitch;
+    p.clearance = 0.05 * p.pitch;
+    p.contact_edge = 0.175 * p.pitch;
+    return p;
+  }
+  throw std::invalid_argument("no ISO metric size M" + std::to_string(size) +
+                              "; allowed: M8, M10, M12, M16, M20");
+}
+
+Solid make_bolt(const ScrewParameters& p) {
+  check(p);
+  Maker maker("bolt");
+  const BasicProfile profile(p, p.clearance);
+  // Chamfered at 45 degrees to below the root.
+  const double end_radius = profile.root_radius - 0.1 * p.pitch;
+  const auto lines = thread_lines(maker, p, profile, p.length, [&](double along, double z) {
+    return std::min(profile.radius(along), end_radius + p.length - z);
+  });
+  join_lines(maker, p, lines, true);
+  maker.fan(ends(lines, true), {0.0, 0.0, p.length});
+  const auto bearing = hexagon(maker, p, 0.0), back = hexagon(maker, p, -p.head_height);
+  maker.ring(bearing, ends(lines, false));
+  maker.ring(back, bearing);
+  maker.fan(reversed(back), {0.0, 0.0, -p.head_height});
+  return maker.take();
+}
+
+Solid make_nut(const ScrewParameters& p) {
+  check(p);
+  Maker maker("nut");
+  const BasicProfile profile(p, 0.0);
+  // Countersunk at 120 degrees to a little more than the nominal diameter.
+  const double end_radius = 0.52 * p.diameter, slope = std::tan(kPi / 3.0);
+  const auto lines = thread_lines(maker, p, profile, p.nut_height, [&](double along, double z) {
+    return std::max(profile.radius(along), end_radius - slope * std::min(z, p.nut_height - z));
+  });
+  join_lines(maker, p, lines, false);
+  const auto lower = hexagon(maker, p, 0.0), upper = hexagon(maker, p, p.nut_height);
+  maker.ring(lower, upper);
+  maker.ring(upper, ends(lines, true));
+  maker.ring(ends(lines, false), lower);
+  return maker.take();
+}
+
+Solid make_gear(const std::string& name, int teeth, const GearParameters& p) {
+  if (teeth < 8)
+    throw std::invalid_argument("a gear with " + std::to_string(teeth) + " teeth; allowed: 8 or more");
+  const double pitch_radius = 0.5 * p.module * teeth, base_radius = pitch_radius * std::cos(p.pressure_angle);
+  const double tip_radius = pitch_radius + p.module, root_radius = pitch_radius - 1.25 * p.module;
+  if (p.bore_radius >= 0.95 * root_radius)
+    throw std::invalid_argument("gear.bore_radius is " + std::to_string(p.bore_radius) +
+                                " m; allowed: less than 0.95 of the root circle of " +
+                                std::to_string(root_radius) + " m");
+  const auto involute = [](double radius, double base) {
+    const double angle = std::acos(std::min(1.0, base / radius));
+    return std::tan(angle) - angle;
+  };
+  // Half of a tooth's angle at a radius of its involute.
+  const double half_at_pitch = 0.25 * (p.module * kPi - 2.0 * p.backlash) / pitch_radius;
+  const auto half_angle = [&](double radius) {
+    return half_at_pitch + involute(pitch_radius, base_radius) - involute(radius, base_radius);
+  };
+  const double foot_radius = std::max(base_radius, root_radius);
+  const auto pieces = [&](double length) {
+    return std::max(1, static_cast<int>(std::ceil(length / p.contact_edge - 1e-9)));
+  };
+  // (radius, angle) from the middle of the gap before a tooth to that behind it.
+  std::vector<std::array<double, 2>> tooth;
+  const double step = 2.0 * kPi / teeth;
+  const auto add = [&](double radius, double angle) { tooth.push_back({radius, angle}); };
+  const double foot_half = half_angle(foot_radius);
+  const int in_gap = pieces(0.5 * root_radius * (step - 2.0 * foot_half));
+  const int on_flank = std::max(3, pieces(tip_radius - foot_radius));
+  const int on_tip = pieces(2.0 * tip_radius * half_angle(tip_radius));
+  for (int i = 0; i < in_gap; ++i) add(root_radius, -0.5 * step + (0.5 * step - foot_half) * i / in_gap);
+  if (foot_radius > root_radius) add(root_radius, -foot_half);
+  for (int i = 0; i < on_flank; ++i) {
+    const double radius = foot_radius + (tip_radius - foot_radius) * i / on_flank;
+    add(radius, -half_angle(radius));
+  }
+  for (int i = 0; i < on_tip; ++i) add(tip_radius, half_angle(tip_radius) * (2.0 * i / on_tip - 1.0));
+  for (int i = on_flank; i >= 0; --i) {
+    const double radius = foot_radius + (tip_radius - foot_radius) * i / on_flank;
+    add(radius, half_angle(radius));
+  }
+  if (foot_radius > root_radius) add(root_radius, foot_half);
+  for (int i = 1; i < in_gap; ++i) add(root_radius, foot_half + (0.5 * step - foot_half) * i / in_gap);
+
+  Maker maker(name);
+  const int layers = pieces(p.width);
+  // One line along the width for each point of the outline: keys are z.
+  std::vector<Row> outline;
+  std::vector<double> angles;
+  for (int t = 0; t < teeth; ++t)
+    for (const auto& [radius, angle] : tooth) {
+      Row line;
+      angles.push_back(angle + step * t);
+      for (int k = 0; k <= layers; ++k) {
+        line.key.push_back(k);
+        line.vertex.push_back(maker.vertex(cylindrical(radius, angles.back(), p.width * k / layers)));
+      }
+      outline.push_back(line);
+    }
+  for (std::size_t i = 0; i < outline.size(); ++i) maker.strip(outline[i], outline[(i + 1) % outline.size()]);
+  const int around = 6 * std::max(4, pieces(2.0 * kPi * p.bore_radius / 6.0));
+  std::array<std::vector<std::uint32_t>, 2> bore;
+  for (int i = 0; i < around; ++i)
+    for (const int end : {0, 1})
+      bore[static_cast<std::size_t>(end)].push_back(
+          maker.vertex(cylindrical(p.bore_radius, -0.5 * step + 2.0 * kPi * i / around, p.width * end)));
+  maker.ring(bore[1], bore[0]);
+  // End faces: strips from the bore to the outline, keys are angles.
+  for (const int end : {0, 1}) {
+    Row outer, inner;
+    for (std::size_t i = 0; i <= outline.size(); ++i) {
+      const Row& line = outline[i % outline.size()];
+      outer.vertex.push_back(end == 1 ? line.vertex.back() : line.vertex.front());
+      outer.key.push_back(i < outline.size() ? angles[i] : angles[0] + 2.0 * kPi);
+    }
+    const auto& ring = bore[static_cast<std::size_t>(end)];
+    for (std::size_t i = 0; i <= ring.size(); ++i) {
+      inner.vertex.push_back(ring[i % ring.size()]);
+      inner.key.push_back(-0.5 * step + 2.0 * kPi * static_cast<double>(i) / around);
+    }
+    if (end == 1)
+      maker.strip(inner, outer);
+    else
+      maker.strip(outer, inner);
+  }
+  return maker.take();
+}
+
+void make_screw_meshes(const std::filesystem::path& directory, const ScrewParameters& screw,
+                       const GearParameters& gear) {
+  std::filesystem::create_directories(directory);
+  write_solids(directory, "bolt", "Hexagon bolt with an ISO metric thread.", {make_bolt(screw)});
+  write_solids(directory, "nut", "Hexagon nut with an ISO metric thread.", {make_nut(screw)});
+  write_solids(directory, "pinion", "Spur gear with involute teeth.",
+               {make_gear("pinion", gear.pinion_teeth, gear)});
+  write_solids(directory, "wheel", "Spur gear with involute teeth.",
+               {make_gear("wheel", gear.wheel_teeth, gear)});
+}
+
+}  // namespace takt::meshes
