@@ -143,6 +143,9 @@ TEST(MeshDiagnostics, EachDiagnosticHasItsOwnWords) {
   using Kind = MeshDiagnosticKind;
   const std::pair<Kind, const char*> words[] = {
       {Kind::bad_vertex, "bad vertex"},
+      {Kind::no_faces, "lines or points"},
+      {Kind::joined_objects, "joined objects"},
+      {Kind::split_edges, "vertices on edges"},
       {Kind::zero_area_faces, "faces without area"},
       {Kind::duplicate_faces, "duplicate faces"},
       {Kind::open_edges, "open edges"},

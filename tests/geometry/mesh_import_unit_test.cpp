@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstdint>
@@ -166,6 +167,33 @@ TEST_F(MeshImport, ASurfaceCutIntoGroupsOrMaterialsIsJoined) {
   EXPECT_EQ(import_solid(materials).vertices.size(), 4U);
 }
 
+TEST_F(MeshImport, OpenObjectsAreJoinedBesideClosedOnesThatTouchThem) {
+  // The second object shares an edge with the first body, which is cut into two groups.
+  const std::string second = "o second\nv 1 1 1\nf 2 3 5\nf 3 4 5\nf 4 2 5\nf 2 4 3\n";
+  const auto file =
+      write("t.obj", kVertices + "g low\nf 1 3 2\nf 1 2 4\ng high\nf 1 4 3\nf 2 3 4\n" + second);
+  const RepairedMesh repaired = import_and_repair(file);
+  EXPECT_EQ(repaired.problem, "");
+  EXPECT_EQ(repaired.mesh.triangles.size(), 8U);
+  const auto joined =
+      std::find_if(repaired.findings.begin(), repaired.findings.end(),
+                   [](const MeshDiagnostic& f) { return f.kind == MeshDiagnosticKind::joined_objects; });
+  ASSERT_NE(joined, repaired.findings.end());
+  EXPECT_EQ(joined->count, 2U);
+  EXPECT_THAT(joined->sentence, HasSubstr("2 objects are closed together only, the first 'low'"));
+}
+
+TEST_F(MeshImport, LinesAndPointsArePassedOverAndReported) {
+  const auto file = write("l.obj", kVertices + kFaces + "l 1 2\np 1\nl 2 3 4\n");
+  const RepairedMesh repaired = import_and_repair(file);
+  EXPECT_EQ(repaired.problem, "");
+  ASSERT_EQ(repaired.findings.size(), 1U);
+  EXPECT_EQ(repaired.findings[0].kind, MeshDiagnosticKind::no_faces);
+  EXPECT_EQ(repaired.findings[0].count, 3U);
+  EXPECT_THAT(repaired.findings[0].sentence, HasSubstr("3 statements draw lines or points (l, p)"));
+  EXPECT_THAT(repaired.findings[0].sentence, HasSubstr("in line 9"));
+}
+
 TEST_F(MeshImport, PolygonsNegativeIndicesAndContinuedLinesAreRead) {
   const auto file =
       write("a.obj",
@@ -229,8 +257,6 @@ TEST_F(MeshImport, WrongFacesInObjAreRefused) {
   EXPECT_THAT(refusal_of("a.obj", kVertices + "f 1 x 2\n", false), HasSubstr("'x' is not an index"));
   EXPECT_THAT(refusal_of("a.obj", kVertices + "f 1 2\n", false),
               HasSubstr("line 5: a face needs three vertices"));
-  EXPECT_THAT(refusal_of("a.obj", kVertices + kFaces + "l 1 2\n", false),
-              HasSubstr("line 9: lines and points"));
 }
 
 TEST_F(MeshImport, InvalidTextStlIsRefused) {

@@ -52,6 +52,45 @@ void expect_box(const RepairedMesh& repaired) {
   EXPECT_NEAR(volume_properties(repaired.mesh).volume, 4.8e-4, 1e-15);
 }
 
+/// The first face divided at points of one of its edges; the neighbour beyond that edge is not.
+TriangleMesh with_vertices_on_an_edge(int count, double beside_m) {
+  TriangleMesh mesh = block_mesh();
+  const auto [a, b, c] = mesh.triangles[0];
+  const Vec3 from = mesh.vertices[a], to = mesh.vertices[b];
+  const Vec3 across = (mesh.vertices[c] - from).cross(to - from).normalized();
+  std::uint32_t last = a;
+  for (int i = 1; i <= count; ++i) {
+    mesh.vertices.push_back(from + i / (count + 1.0) * (to - from) + beside_m * across);
+    const auto next = static_cast<std::uint32_t>(mesh.vertices.size() - 1);
+    mesh.triangles.push_back({last, next, c});
+    last = next;
+  }
+  mesh.triangles[0] = {last, b, c};
+  return mesh;
+}
+
+TEST(MeshRepair, EdgesAreDividedAtVerticesThatLieOnThem) {
+  for (const int count : {1, 3}) {
+    const TriangleMesh mesh = with_vertices_on_an_edge(count, 0.0);
+    EXPECT_NE(check_closed(mesh).problem, "");
+    const RepairedMesh repaired = repair_mesh(mesh);
+    EXPECT_EQ(repaired.problem, "");
+    EXPECT_EQ(repaired.mesh.vertices, mesh.vertices);
+    EXPECT_EQ(repaired.mesh.triangles.size(), 12U + 2U * static_cast<std::size_t>(count));
+    EXPECT_NEAR(volume_properties(repaired.mesh).volume, 4.8e-4, 1e-15);
+    const MeshDiagnostic finding = only(repaired);
+    EXPECT_EQ(finding.kind, Kind::split_edges);
+    EXPECT_EQ(finding.severity, Severity::repaired);
+    EXPECT_EQ(finding.count, static_cast<std::size_t>(count));
+  }
+}
+
+TEST(MeshRepair, AVertexBesideAnEdgeLeavesAHole) {
+  const RepairedMesh repaired = repair_mesh(with_vertices_on_an_edge(1, 1e-5));
+  EXPECT_NE(repaired.problem, "");
+  EXPECT_EQ(only(repaired).kind, Kind::open_edges);
+}
+
 TEST(MeshRepair, ASoundMeshIsUnchanged) {
   for (const TriangleMesh& mesh : {block_mesh(), u_shape()}) {
     const RepairedMesh repaired = repair_mesh(mesh);

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "server/geometry/mesh/diagnostic.h"
 #include "server/geometry/mesh/triangle_mesh.h"
 
 namespace takt {
@@ -22,6 +23,7 @@ struct MeshFault : std::runtime_error {
 struct NamedMesh {
   std::string name;  ///< object or group name in the file, else "object N"
   TriangleMesh mesh;
+  std::vector<MeshDiagnostic> findings;  ///< of the reader
 };
 
 /// The shortest decimal number with this single precision value: 0.0295 and not 0.029500000178814.
@@ -59,7 +61,7 @@ class MeshBuilder {
   const Vec3& place(std::uint32_t position) const { return positions_[position]; }
 
   /// Later faces belong to a new object.
-  void begin_object(std::string name) { objects_.push_back({std::move(name), {}}); }
+  void begin_object(std::string name) { objects_.push_back({std::move(name), {}, {}}); }
   /// The vertex of the current object at this position.
   std::uint32_t vertex(std::uint32_t position) {
     if (objects_.empty()) begin_object("");

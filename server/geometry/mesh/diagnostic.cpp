@@ -9,6 +9,12 @@ std::string_view to_string(MeshDiagnosticKind kind) {
   switch (kind) {
     case MeshDiagnosticKind::bad_vertex:
       return "bad vertex";
+    case MeshDiagnosticKind::no_faces:
+      return "lines or points";
+    case MeshDiagnosticKind::joined_objects:
+      return "joined objects";
+    case MeshDiagnosticKind::split_edges:
+      return "vertices on edges";
     case MeshDiagnosticKind::zero_area_faces:
       return "faces without area";
     case MeshDiagnosticKind::duplicate_faces:

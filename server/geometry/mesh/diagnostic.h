@@ -11,6 +11,9 @@ namespace takt {
 
 enum class MeshDiagnosticKind : std::uint8_t {
   bad_vertex,         ///< not finite, or missing
+  no_faces,           ///< lines and points, which bound nothing; figure: 0
+  joined_objects,     ///< closed together only; figure: 0
+  split_edges,        ///< with vertices on them; figure: largest distance of such a vertex (m)
   zero_area_faces,    ///< figure: 0
   duplicate_faces,    ///< figure: 0
   open_edges,         ///< figure: their length (m)

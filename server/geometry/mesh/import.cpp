@@ -116,19 +116,52 @@ TriangleMesh import_solid(const std::filesystem::path& file, double scale) {
 
 RepairedMesh import_and_repair(const std::filesystem::path& file, double scale) {
   const std::vector<NamedMesh> objects = import_mesh_objects(file, scale);
-  RepairedMesh whole;
-  TriangleMesh as_it_is;
+  RepairedMesh whole, closed;
+  TriangleMesh all, open;
+  std::vector<MeshDiagnostic> of_reader;
+  std::size_t open_count = 0;
+  std::string first_open;
+  const auto add = [](RepairedMesh& to, const RepairedMesh& object) {
+    to.findings.insert(to.findings.end(), object.findings.begin(), object.findings.end());
+    append(to.mesh, object.mesh);
+  };
   for (const NamedMesh& object : objects) {
+    of_reader.insert(of_reader.end(), object.findings.begin(), object.findings.end());
     const RepairedMesh repaired = repair_mesh(object.mesh);
     if (!repaired.problem.empty() && whole.problem.empty())
       whole.problem = "object '" + object.name + "': " + repaired.problem;
-    whole.findings.insert(whole.findings.end(), repaired.findings.begin(), repaired.findings.end());
-    append(whole.mesh, repaired.mesh);
-    append(as_it_is, object.mesh);
+    add(whole, repaired);
+    append(all, object.mesh);
+    if (repaired.problem.empty()) {
+      add(closed, repaired);
+    } else {
+      if (open_count++ == 0) first_open = object.name;
+      append(open, object.mesh);
+    }
   }
-  if (whole.problem.empty() || objects.size() == 1) return whole;
-  RepairedMesh surface = repair_mesh(joined(as_it_is));
-  return surface.problem.empty() ? surface : whole;
+  const auto with_readers = [&](RepairedMesh& result) {
+    result.findings.insert(result.findings.begin(), of_reader.begin(), of_reader.end());
+    return std::move(result);
+  };
+  if (open_count == 0 || objects.size() == 1) return with_readers(whole);
+  const auto note = [&](RepairedMesh& result, std::size_t count, const Vec3& place) {
+    result.findings.push_back(
+        {MeshDiagnosticKind::joined_objects, MeshSeverity::info, count, 0.0, place,
+         counted(count, "object is", "objects are") + " closed together only, the first '" + first_open + "'",
+         "joined where positions are equal; export one surface"});
+  };
+  if (open_count > 1) {
+    const RepairedMesh surface = repair_mesh(joined(open));
+    if (surface.problem.empty()) {
+      add(closed, surface);
+      note(closed, open_count, open.vertices.front());
+      return with_readers(closed);
+    }
+  }
+  RepairedMesh surface = repair_mesh(joined(all));
+  if (!surface.problem.empty()) return with_readers(whole);
+  note(surface, objects.size(), open.vertices.front());
+  return with_readers(surface);
 }
 
 RepairedMesh import_repaired_solid(const std::filesystem::path& file, double scale) {

@@ -22,6 +22,13 @@ class ObjReader {
     if (positions_.empty()) throw MeshFault("there are no vertices (lines starting with v)");
     std::vector<NamedMesh> objects = builder_.take_objects();
     if (objects.empty()) throw MeshFault("there are no faces (lines starting with f)");
+    if (passed_over_ > 0)
+      objects.front().findings.push_back(
+          {MeshDiagnosticKind::no_faces, MeshSeverity::info, passed_over_, 0.0, Vec3::Zero(),
+           counted(passed_over_, "statement draws", "statements draw") +
+               " lines or points (l, p), which bound nothing, the first in line " +
+               std::to_string(first_passed_over_) + " of the file",
+           "nothing to do: they are passed over"});
     return objects;
   }
 
@@ -42,8 +49,9 @@ class ObjReader {
     for (LineReader reader(content_, true); reader.next();) {
       if (reader.word == "v") ++defined_;
       if (reader.word == "f") read_face(reader);
-      if (reader.word == "l" || reader.word == "p")
-        reader.fail("lines and points are not allowed, only faces (f)");
+      if (reader.word == "l" || reader.word == "p") {
+        if (passed_over_++ == 0) first_passed_over_ = reader.line;
+      }
       if ((reader.word == "o" || reader.word == "g") && reader.arguments != name)
         builder_.begin_object(name = reader.arguments);
     }
@@ -86,8 +94,9 @@ class ObjReader {
 
   std::string_view content_;
   MeshBuilder builder_;
-  std::vector<std::uint32_t> positions_;  ///< by vertex of the file
-  std::int64_t defined_ = 0;              ///< vertices above the present line
+  std::vector<std::uint32_t> positions_;                 ///< by vertex of the file
+  std::int64_t defined_ = 0;                             ///< vertices above the present line
+  std::size_t passed_over_ = 0, first_passed_over_ = 0;  ///< lines and points: their number, line of the file
   // Of the present face:
   std::vector<Vec3> places_;
   std::vector<std::uint32_t> numbers_;

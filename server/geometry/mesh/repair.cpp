@@ -4,10 +4,12 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <string>
 
 #include "idl/common/disjoint_sets.h"
 #include "idl/common/text.h"
+#include "server/geometry/box_tree.h"
 #include "server/geometry/mesh/edges.h"
 #include "server/geometry/mesh/shells.h"
 
@@ -36,6 +38,7 @@ class Repairer {
     drop_faces_with_equal_corners();
     drop_duplicates();
     turn_flat_faces();
+    split_open_edges();
     if (mesh().triangles.empty())
       report(MeshDiagnosticKind::encloses_nothing, MeshSeverity::refused, 1, 0.0, mesh().vertices.front(),
              "without the faces that are there several times or have no area nothing is left",
@@ -207,6 +210,82 @@ class Repairer {
       any = true;
     }
     return any;
+  }
+
+  /// T-junctions: a face a b c with vertices on its open edge from a to b becomes a fan around c.
+  void split_open_edges() {
+    constexpr int kPasses = 8;  // an edge of a fan may have vertices on it too
+    std::size_t count = 0;
+    double furthest = 0.0;
+    Vec3 place = Vec3::Zero();
+    for (int pass = 0; pass < kPasses; ++pass) {
+      const std::size_t before = count;
+      split_open_edges_once(count, furthest, place);
+      if (count == before) break;
+    }
+    if (count > 0)
+      report(MeshDiagnosticKind::split_edges, MeshSeverity::repaired, count, furthest, place,
+             counted(count, "vertex lies", "vertices lie") +
+                 " on edges of faces that do not have them, up to " + number_text(1e6 * furthest, 3) +
+                 " um beside, the first at " + place_text(place),
+             "the edges are divided there; export a mesh whose faces meet at their corners");
+  }
+
+  void split_open_edges_once(std::size_t& count, double& furthest, Vec3& place) {
+    const std::vector<HalfEdge> edges = sorted_half_edges(mesh());
+    std::vector<HalfEdge> open;
+    for (std::size_t i = 0, end = 0; i < edges.size(); i = end) {
+      end = end_of_edge(edges, i);
+      if (end - i == 1) open.push_back(edges[i]);
+    }
+    if (open.empty()) return;
+    std::vector<std::uint32_t> corners;
+    double size = 0.0;
+    for (const HalfEdge& e : open) {
+      corners.push_back(e.low), corners.push_back(e.high);
+      size = std::max({size, mesh().vertices[e.low].cwiseAbs().maxCoeff(),
+                       mesh().vertices[e.high].cwiseAbs().maxCoeff()});
+    }
+    std::sort(corners.begin(), corners.end());
+    corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
+    std::vector<Aabb> boxes;
+    for (const std::uint32_t v : corners) boxes.push_back({mesh().vertices[v], mesh().vertices[v]});
+    const BoxTree tree(boxes);
+    // Positions have single precision.
+    const double near = 4.0 * static_cast<double>(std::numeric_limits<float>::epsilon()) * size;
+    auto& triangles = mesh().triangles;
+    std::vector<std::uint8_t> changed(triangles.size(), 0);
+    std::vector<std::pair<double, std::uint32_t>> on;
+    for (const HalfEdge& e : open) {
+      if (changed[e.triangle] != 0) continue;  // its other edges are next
+      Triangle t = triangles[e.triangle];
+      while (std::min(t[0], t[1]) != e.low || std::max(t[0], t[1]) != e.high) t = {t[1], t[2], t[0]};
+      const Vec3 a = mesh().vertices[t[0]], ab = mesh().vertices[t[1]] - a;
+      const double length = ab.norm();
+      on.clear();
+      double beside = 0.0;
+      tree.visit_segment(a, mesh().vertices[t[1]], near, [&](std::int32_t index) {
+        const std::uint32_t v = corners[static_cast<std::size_t>(index)];
+        if (v == t[0] || v == t[1] || v == t[2]) return;
+        const double along = (mesh().vertices[v] - a).dot(ab) / length;
+        const double distance = (mesh().vertices[v] - a - along / length * ab).norm();
+        if (!(along > near && along < length - near && distance <= near)) return;
+        on.emplace_back(along, v);
+        beside = std::max(beside, distance);
+      });
+      if (on.empty()) continue;
+      std::sort(on.begin(), on.end());
+      changed[e.triangle] = 1;
+      if (count == 0) place = mesh().vertices[on.front().second];
+      count += on.size();
+      furthest = std::max(furthest, beside);
+      std::uint32_t from = t[0];
+      for (const auto& [along, v] : on) {
+        triangles.push_back({t[2], from, v});
+        from = v;
+      }
+      triangles[e.triangle] = {t[2], from, t[1]};
+    }
   }
 
   bool edges_are_shared_by_two() {

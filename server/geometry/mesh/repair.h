@@ -18,6 +18,8 @@ struct RepairedMesh {
 /// - faces that name a vertex twice are removed; of several equal faces one stays if the surface needs it to
 ///   be closed, else they are all removed;
 /// - a face whose corners lie on one line is removed by turning the edge it shares with its neighbour;
+/// - open edges are divided at vertices of other open edges that lie on them, within single precision: no
+///   vertex moves;
 /// - open edges and edges of more than two faces are refused;
 /// - faces turned against their neighbours are turned back, the smaller number of each shell;
 /// - an outermost shell that is inside out is turned, together with the shells inside it. Shells inside
