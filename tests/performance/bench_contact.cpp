@@ -4,8 +4,6 @@
 // several solvers beside Bullet. Arguments: pairs or scenes for one of the two; large: a peg and a hole with
 // 100 000 triangles each, too; poses [COUNT]: random poses of all pairs of the scenes, exit code 1 if any
 // result is not finite.
-#include <time.h>
-
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -17,12 +15,6 @@
 #include "server/geometry/mesh/import.h"
 #include "tests/performance/contact_scenes_bench.h"
 #include "tests/support/contact_meshes.h"
-
-double takt::bench::seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 namespace {
 

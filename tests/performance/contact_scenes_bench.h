@@ -1,5 +1,7 @@
 #pragma once
-// Parts of bench_contact.
+// Parts of bench_contact and bench_screw.
+#include <time.h>
+
 #include <string>
 
 #include "server/scenario/scenario.h"
@@ -7,7 +9,11 @@
 namespace takt::bench {
 
 /// Processor time of this program (s), because other programs may share the machine.
-double seconds();
+inline double seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
 
 /// The scenes of config/scenarios/contact, by several solvers and, where it is built in and can do the scene,
 /// by Bullet. `large`: the peg in its hole with 100 000 triangles in each body too (meshes in build/large).
@@ -19,6 +25,7 @@ struct PeerRun {
   bool done = false;  ///< false: it cannot do this scene, for the reason `why`
   std::string why;
   double cpu_s = 0.0, end_error_m = 0.0;
+  double turned_rad = 0.0;  ///< of the first Part about z
 };
 /// Bullet, rigid bodies: Parts as convex hulls (as GImpact meshes where they are not convex), Grounds as
 /// triangle meshes.

@@ -31,7 +31,7 @@ using R = RotorParameters;
 using S = ScrewParameters;
 using G = GearParameters;
 
-const std::array<Parameter, 37> kParameters{{
+const std::array<Parameter, 38> kParameters{{
     {"chainsaw.boss_radius", &C::boss_radius, 0.008, 0.014, "of the motor's boss (m)"},
     {"chainsaw.interference", &C::interference, -1e-3, 2e-4, "radial, boss in seat; negative: clearance (m)"},
     {"chainsaw.boss_chamfer", &C::boss_chamfer, 1e-4, 3e-3, "(m)"},
@@ -62,7 +62,8 @@ const std::array<Parameter, 37> kParameters{{
     {"screw.across_flats", &S::across_flats, 0.003, 0.2, "of head and nut (m)"},
     {"screw.nut_height", &S::nut_height, 0.001, 0.1, "(m)"},
     {"screw.contact_edge", &S::contact_edge, 2e-5, 5e-3, "of elements up and down the flanks (m)"},
-    {"screw.columns", &S::columns, 12, 1200, "vertices around, a multiple of 12"},
+    {"screw.bolt_columns", &S::bolt_columns, 12, 1200, "vertices around, a multiple of 12"},
+    {"screw.nut_columns", &S::nut_columns, 12, 1200, "vertices around, a multiple of 12"},
     {"gear.module", &G::module, 2e-4, 0.02, "pitch diameter per tooth (m)"},
     {"gear.width", &G::width, 0.001, 0.2, "of the teeth (m)"},
     {"gear.bore_radius", &G::bore_radius, 5e-4, 0.2, "(m)"},

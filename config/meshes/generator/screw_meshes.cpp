@@ -107,14 +107,14 @@ struct BasicProfile {
 /// A threaded surface from z = 0 to `height`: one line of vertices for each angle. `radius(along, z)` with
 /// `along` = z less the rise of the helix. The keys are `along`.
 template <typename Radius>
-std::vector<Row> thread_lines(Maker& maker, const ScrewParameters& p, const BasicProfile& profile,
-                              double height, const Radius& radius) {
+std::vector<Row> thread_lines(Maker& maker, const ScrewParameters& p, int columns,
+                              const BasicProfile& profile, double height, const Radius& radius) {
   const std::vector<double> rows = profile.rows(p.contact_edge);
-  std::vector<Row> lines(static_cast<std::size_t>(p.columns));
+  std::vector<Row> lines(static_cast<std::size_t>(columns));
   const double least = 0.02 * p.pitch;  // nearer to an end, a row would make needles
-  for (int i = 0; i < p.columns; ++i) {
+  for (int i = 0; i < columns; ++i) {
     Row& line = lines[static_cast<std::size_t>(i)];
-    const double angle = 2.0 * kPi * i / p.columns, rise = p.pitch * i / p.columns;
+    const double angle = 2.0 * kPi * i / columns, rise = p.pitch * i / columns;
     const auto add = [&](double z) {
       line.vertex.push_back(maker.vertex(cylindrical(radius(z - rise, z), angle, z)));
       line.key.push_back(z - rise);
@@ -155,10 +155,10 @@ std::vector<std::uint32_t> ends(const std::vector<Row>& lines, bool last) {
   return ring;
 }
 
-std::vector<std::uint32_t> hexagon(Maker& maker, const ScrewParameters& p, double z) {
+std::vector<std::uint32_t> hexagon(Maker& maker, const ScrewParameters& p, int columns, double z) {
   std::vector<std::uint32_t> ring;
-  for (int i = 0; i < p.columns; ++i) {
-    const double angle = 2.0 * kPi * i / p.columns;
+  for (int i = 0; i < columns; ++i) {
+    const double angle = 2.0 * kPi * i / columns;
     const double from_flat = std::remainder(angle - kPi / 6.0, kPi / 3.0);
     ring.push_back(maker.vertex(cylindrical(0.5 * p.across_flats / std::cos(from_flat), angle, z)));
   }
@@ -166,9 +166,10 @@ std::vector<std::uint32_t> hexagon(Maker& maker, const ScrewParameters& p, doubl
 }
 
 void check(const ScrewParameters& p) {
-  if (p.columns < 12 || p.columns % 12 != 0)
-    throw std::invalid_argument("screw.columns is " + std::to_string(p.columns) +
-                                "; allowed: a multiple of 12, so that the hexagon has its corners");
+  for (const auto& [name, columns] : {std::pair{"bolt", p.bolt_columns}, std::pair{"nut", p.nut_columns}})
+    if (columns < 12 || columns % 12 != 0)
+      throw std::invalid_argument(std::string("screw.") + name + "_columns is " + std::to_string(columns) +
+                                  "; allowed: a multiple of 12, so that the hexagon has its corners");
   if (p.across_flats <= 1.1 * p.diameter)
     throw std::invalid_argument("screw.across_flats is " + std::to_string(p.across_flats) +
                                 " m; allowed: more than 1.1 times screw.diameter");
@@ -212,12 +213,13 @@ Solid make_bolt(const ScrewParameters& p) {
   const BasicProfile profile(p, p.clearance);
   // Chamfered at 45 degrees to below the root.
   const double end_radius = profile.root_radius - 0.1 * p.pitch;
-  const auto lines = thread_lines(maker, p, profile, p.length, [&](double along, double z) {
+  const auto lines = thread_lines(maker, p, p.bolt_columns, profile, p.length, [&](double along, double z) {
     return std::min(profile.radius(along), end_radius + p.length - z);
   });
   join_lines(maker, p, lines, true);
   maker.fan(ends(lines, true), {0.0, 0.0, p.length});
-  const auto bearing = hexagon(maker, p, 0.0), back = hexagon(maker, p, -p.head_height);
+  const auto bearing = hexagon(maker, p, p.bolt_columns, 0.0),
+             back = hexagon(maker, p, p.bolt_columns, -p.head_height);
   maker.ring(bearing, ends(lines, false));
   maker.ring(back, bearing);
   maker.fan(reversed(back), {0.0, 0.0, -p.head_height});
@@ -230,11 +232,13 @@ Solid make_nut(const ScrewParameters& p) {
   const BasicProfile profile(p, 0.0);
   // Countersunk at 120 degrees to a little more than the nominal diameter.
   const double end_radius = 0.52 * p.diameter, slope = std::tan(kPi / 3.0);
-  const auto lines = thread_lines(maker, p, profile, p.nut_height, [&](double along, double z) {
-    return std::max(profile.radius(along), end_radius - slope * std::min(z, p.nut_height - z));
-  });
+  const auto lines =
+      thread_lines(maker, p, p.nut_columns, profile, p.nut_height, [&](double along, double z) {
+        return std::max(profile.radius(along), end_radius - slope * std::min(z, p.nut_height - z));
+      });
   join_lines(maker, p, lines, false);
-  const auto lower = hexagon(maker, p, 0.0), upper = hexagon(maker, p, p.nut_height);
+  const auto lower = hexagon(maker, p, p.nut_columns, 0.0),
+             upper = hexagon(maker, p, p.nut_columns, p.nut_height);
   maker.ring(lower, upper);
   maker.ring(upper, ends(lines, true));
   maker.ring(ends(lines, false), lower);

@@ -17,7 +17,8 @@ struct ScrewParameters {
   double across_flats = 0.024;   ///< of head and nut (ISO 4032)
   double nut_height = 0.0148;    ///< (ISO 4032)
   double contact_edge = 3.5e-4;  ///< of elements up and down the flanks
-  int columns = 84;              ///< vertices around, a multiple of 12
+  /// Vertices around, multiples of 12: different ones, so that corners do not all pass corners at once.
+  int bolt_columns = 84, nut_columns = 96;
 };
 
 /// M8, M10, M12, M16 or M20 with the coarse pitch of ISO 261. Throws std::invalid_argument for others.
