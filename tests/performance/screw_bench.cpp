@@ -60,7 +60,8 @@ class Turned {
   double sum_ = 0.0, last_ = 0.0;
 };
 
-void measure(int size, const std::string& friction_name, double share_of_limit, double friction) {
+void measure(int size, const std::string& friction_name, double share_of_limit, double friction,
+             const std::string& law = "regularised") {
   const meshes::ScrewParameters p = meshes::iso_metric(size);
   const Screw screw{p.pitch, 0.5 * p.diameter - 0.3248 * p.pitch};
   if (share_of_limit > 0.0) friction = share_of_limit * screw.limit();
@@ -76,7 +77,7 @@ void measure(int size, const std::string& friction_name, double share_of_limit, 
                        "parts.Nut.mass_kg=" + std::to_string(kDensity_kg_per_m3 * volume_m3(nut)),
                        "parts.Nut.pose.position_m=[0,0," + std::to_string(start_m) + "]",
                        "contact.defaults.friction=" + std::to_string(friction),
-                       "contact.defaults.friction_law=stick"};
+                       "contact.defaults.friction_law=" + law};
   const Scenario scenario =
       read_scenario(fs::path(TAKT_CONFIG_DIR) / "scenarios" / "contact" / "nut_runs_down.yaml", options);
   const auto cell = build_cell(scenario);
@@ -145,7 +146,7 @@ int main(int argc, char** argv) {
         takt::measure(size, name, 0.0, friction);
       }
       takt::measure(size, "0.9 limit", 0.9, 0.0);
-      takt::measure(size, "1.1 limit", 1.1, 0.0);
+      takt::measure(size, "1.1, stick", 1.1, 0.0, "stick");
     }
   } catch (const std::exception& error) {
     std::fprintf(stderr, "bench_screw: %s\n", error.what());
