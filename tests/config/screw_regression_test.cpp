@@ -12,11 +12,11 @@ namespace {
 
 constexpr double kLead_m = 0.002;
 
-struct Run {
+struct ScrewRun {
   double turned_rad = 0.0, travel_m = 0.0, inertia_m2 = 0.0, g = 0.0;
 };
 
-Run run(const std::string& scene, double duration_s) {
+ScrewRun run_screw(const std::string& scene, double duration_s) {
   const Scenario scenario =
       read_scenario(std::filesystem::path(TAKT_CONFIG_DIR) / "scenarios" / "contact" / (scene + ".yaml"));
   const auto cell = build_cell(scenario);
@@ -34,7 +34,7 @@ Run run(const std::string& scene, double duration_s) {
 
 TEST(Screw, WithoutFrictionANutTurnsDownAsTheRigidScrewDoes) {
   constexpr double kDuration_s = 0.15, kLever_m = kLead_m / (2.0 * std::numbers::pi);
-  const Run nut = run("nut_runs_down", kDuration_s);
+  const ScrewRun nut = run_screw("nut_runs_down", kDuration_s);
   const double expected =
       -0.5 * kDuration_s * kDuration_s * nut.g * kLever_m / (nut.inertia_m2 + kLever_m * kLever_m);
   EXPECT_NEAR(nut.turned_rad, expected, 0.02 * std::abs(expected));
@@ -42,7 +42,7 @@ TEST(Screw, WithoutFrictionANutTurnsDownAsTheRigidScrewDoes) {
 }
 
 TEST(Screw, AboveTheLimitFrictionHoldsIt) {
-  const Run nut = run("nut_locks", 0.1);
+  const ScrewRun nut = run_screw("nut_locks", 0.1);
   EXPECT_NEAR(nut.turned_rad, 0.0, 2e-3);
   EXPECT_NEAR(nut.travel_m, 0.0, 5e-6);
 }
