@@ -348,6 +348,7 @@ int lead(Options options, const std::string& self) {
     return start_client(options, self, role, robot);
   };
   using Child = std::unique_ptr<ChildProcess>;
+  const Resources before_clients = resources(service.pid());
   std::vector<Child> commanders, watchers;
   for (const char* robot : {"Robot1", "Robot2"}) commanders.push_back(start("command", robot));
   for (int i = 0; i < 14; ++i) watchers.push_back(start("watch", ""));
@@ -451,6 +452,13 @@ int lead(Options options, const std::string& self) {
     report.line("clients killed", static_cast<double>(kills), "");
     report.line("commands of the flood", static_cast<double>(result_of(*flooder).a), "");
     report.must_be_zero("the frozen client did not come back", result_of(*frozen).good ? 0U : 1U);
+    killed.reset();
+    // The server searches for stale files of dead clients every 20 s.
+    wait_until(monotonic_now_ns() + 45'000'000'000);
+    const Resources after_clients = resources(service.pid());
+    report.must_be_zero("shared memory files after all clients, more than before them",
+                        after_clients.shared_memory_files -
+                            std::min(after_clients.shared_memory_files, before_clients.shared_memory_files));
   }
   service.signal(SIGTERM);
   const int code = service.wait();
