@@ -17,16 +17,14 @@
 #include "config/meshes/generator/rotor_meshes.h"
 #include "config/meshes/generator/screw_meshes.h"
 #include "server/geometry/mesh/import.h"
+#include "tests/support/solid_mesh.h"
 #include "tests/support/temporary_directory.h"
 
 namespace takt {
 namespace {
 
 using meshes::Solid;
-
-TriangleMesh mesh_of(const Solid& solid) {
-  return {solid.vertices, solid.triangles};
-}
+using test::mesh_of;
 
 /// Smallest distance from the axis of the vertices between two heights.
 double narrowest(const Solid& solid, double from, double to, double at_least) {

@@ -49,7 +49,7 @@ TEST(ContactScenePoses, EarlierQueriesChangeNoBit) {
       const Pose start = X_WB[target].inverse() * X_WB[base];
       RelativeMotion m{start, {}};
       ContactResult of_kept, of_new;
-      // Mostly less than the bound of free regions, so that they are used at many poses.
+      // Mostly less than the bound of the candidate lists, so that they are used at many poses.
       const int poses = 200 * static_cast<int>(test::effort());
       for (int i = 0; i < poses; ++i) {
         const double size = std::pow(10.0, std::uniform_real_distribution<double>(-6.0, -3.0)(random));

@@ -13,22 +13,17 @@
 #include "tests/support/contact_meshes.h"
 #include "tests/support/contact_pairs.h"
 #include "tests/support/random_shapes.h"
+#include "tests/support/solid_mesh.h"
 
 namespace takt {
 namespace {
 
+using test::mesh_of;
 using test::Random;
 using test::surface;
 
 std::shared_ptr<const ContactSurface> mesh(const char* name) {
   return surface(import_solid(std::string(TAKT_CONFIG_DIR "/meshes/") + name + ".obj"));
-}
-
-TriangleMesh solid_mesh(const meshes::Solid& solid) {
-  TriangleMesh mesh;
-  mesh.vertices = solid.vertices;
-  mesh.triangles = solid.triangles;
-  return mesh;
 }
 
 struct SearchScene {
@@ -63,16 +58,16 @@ std::vector<SearchScene> search_scenes() {
                   6e-3,
                   0.3});
   const meshes::ScrewParameters screw = meshes::iso_metric(16);
-  const auto bolt = surface(solid_mesh(meshes::make_bolt(screw))),
-             nut = surface(solid_mesh(meshes::make_nut(screw)));
+  const auto bolt = surface(mesh_of(meshes::make_bolt(screw))),
+             nut = surface(mesh_of(meshes::make_nut(screw)));
   list.push_back({"nut on its bolt", nut, bolt, {Mat3::Identity(), Vec3(0.0, 0.0, 0.006)}, 1e-4, 0.02});
   list.push_back({"bolt in its nut", bolt, nut, {Mat3::Identity(), Vec3(0.0, 0.0, -0.006)}, 1e-4, 0.02});
   const meshes::GearParameters gear;
   const Mat3 half_tooth =
       Eigen::AngleAxisd(std::numbers::pi / gear.wheel_teeth, Vec3::UnitZ()).toRotationMatrix();
   list.push_back({"gear pair",
-                  surface(solid_mesh(meshes::make_gear("wheel", gear.wheel_teeth, gear))),
-                  surface(solid_mesh(meshes::make_gear("pinion", gear.pinion_teeth, gear))),
+                  surface(mesh_of(meshes::make_gear("wheel", gear.wheel_teeth, gear))),
+                  surface(mesh_of(meshes::make_gear("pinion", gear.pinion_teeth, gear))),
                   {half_tooth, Vec3(-0.5 * gear.module * (gear.wheel_teeth + gear.pinion_teeth), 0.0, 0.0)},
                   1e-4,
                   2e-3});

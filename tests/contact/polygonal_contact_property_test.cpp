@@ -81,7 +81,7 @@ TEST(PolygonalContactLaws, EveryPairOfMeshesTouches) {
 }
 
 TEST(PolygonalContactLaws, ForcesDoNotDependOnEarlierQueries) {
-  // One object along a path, its free regions kept, against a new one at every pose: the same bits.
+  // One object along a path, its candidate lists kept, against a new one at every pose: the same bits.
   for (const FrictionLaw friction_law : {FrictionLaw::regularised, FrictionLaw::stick})
     for (const Scene& s : scenes()) {
       Random random(11);

@@ -1,5 +1,5 @@
 // bench_contact: one contact pair at a time, poses of the block scenario: elements, microseconds per
-// evaluation with and without K and D with valid free regions, nanoseconds per element with force,
+// evaluation with and without K and D with valid candidate lists, nanoseconds per element with force,
 // construction of the lists, and a pair with separate boxes. Then the scenes of config/scenarios/contact by
 // several solvers beside Bullet. Arguments: pairs or scenes for one of the two; large: a peg and a hole with
 // 100 000 triangles each, too; poses [COUNT]: random poses of all pairs of the scenes, exit code 1 if any
@@ -43,7 +43,7 @@ double per_call(int calls, const Call& call) {
   return least;
 }
 
-/// Small motions that keep the free regions.
+/// Small motions that keep the candidate lists.
 std::vector<RelativeMotion> motions(const Pose& X_TB) {
   std::vector<RelativeMotion> result;
   for (int i = 0; i < 64; ++i) {

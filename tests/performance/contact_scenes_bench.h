@@ -2,6 +2,8 @@
 // Parts of bench_contact and bench_screw.
 #include <time.h>
 
+#include <cmath>
+#include <numbers>
 #include <string>
 
 #include "server/scenario/scenario.h"
@@ -20,6 +22,19 @@ inline double seconds() {
 void contact_scenes(bool large);
 /// `count` random poses and twists of every pair of the scenes; exit code 1 if any answer is not finite.
 int contact_poses(int count);
+
+/// Rotation about z so far, of a body that turns by less than half a turn between two calls.
+class Turned {
+ public:
+  void note(double angle_rad) {
+    sum_ += std::remainder(angle_rad - last_, 2.0 * std::numbers::pi);
+    last_ = angle_rad;
+  }
+  double rad() const { return sum_; }
+
+ private:
+  double sum_ = 0.0, last_ = 0.0;
+};
 
 struct PeerRun {
   bool done = false;  ///< false: it cannot do this scene, for the reason `why`

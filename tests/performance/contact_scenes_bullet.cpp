@@ -9,7 +9,6 @@
 
 #include <cmath>
 #include <memory>
-#include <numbers>
 #include <vector>
 
 #include "server/geometry/mesh/import.h"
@@ -118,8 +117,7 @@ PeerRun run_bullet(const Scenario& scenario, double step_s) {
     const Vec3 com = component.p_BBcm;
     const TriangleMesh mesh = import_solid(part.mesh);
     Body b;
-    if (scenario.name == "hook_and_ring" || scenario.name == "nut_runs_down" ||
-        scenario.name == "nut_locks") {
+    if (scenario.name == "hook_and_ring" || scenario.name == "nut_runs_down") {
       b.triangles = triangles_of(mesh, com);
       auto shape = std::make_unique<btGImpactMeshShape>(b.triangles.get());
       shape->setMargin(static_cast<btScalar>(kScale * kMargin_m));
@@ -153,14 +151,13 @@ PeerRun run_bullet(const Scenario& scenario, double step_s) {
   result.done = true;
   const double begin = seconds();
   const int steps = static_cast<int>(std::lround(scenario.duration_s / step_s));
-  double last = 0.0;
+  Turned turned;
   for (int i = 0; i < steps; ++i) {
     world.stepSimulation(static_cast<btScalar>(step_s), 0);
     const btMatrix3x3& R = bodies[first_part].body->getWorldTransform().getBasis();
-    const double now = std::atan2(static_cast<double>(R[1][0]), static_cast<double>(R[0][0]));
-    result.turned_rad += std::remainder(now - last, 2.0 * std::numbers::pi);
-    last = now;
+    turned.note(std::atan2(static_cast<double>(R[1][0]), static_cast<double>(R[0][0])));
   }
+  result.turned_rad = turned.rad();
   result.cpu_s = seconds() - begin;
   for (const ExpectedPose& expected : scenario.expected) {
     for (std::size_t i = 0; i < scenario.parts.size(); ++i) {

@@ -12,15 +12,20 @@ export TAKT_DOMAIN=$((100 + $$ % 90)) TAKT_CELL=lockstep_$$
 children=()
 trap 'kill "${children[@]}" 2>/dev/null || true; rm -rf "$work"' EXIT
 
+# serve SCENARIO LOD: starts the server of the cell, and waits for it.
+serve() {
+  "$bin/takt-server" "$1" --cell "$TAKT_CELL" --domain "$TAKT_DOMAIN" --lod "$2" --paused --pace lockstep \
+    >"$work/server.log" 2>&1 &
+  server=$!
+  children=("$server")
+  "$bin/takt" --timeout 60 status >/dev/null || { cat "$work/server.log" >&2; exit 1; }
+}
+
 # run NAME [COMMAND ...]: with the command beside the controller.
 run() {
   local name=$1
   shift
-  "$bin/takt-server" "$scenario" --cell "$TAKT_CELL" --domain "$TAKT_DOMAIN" --lod "$lod" --paused --pace lockstep \
-    >"$work/server.log" 2>&1 &
-  local server=$!
-  children=("$server")
-  "$bin/takt" --timeout 60 status >/dev/null || { cat "$work/server.log" >&2; exit 1; }
+  serve "$scenario" "$lod"
   if (($# > 0)); then
     "$@" >"$work/observer.log" 2>&1 &
     children+=($!)
@@ -39,7 +44,7 @@ run 'controller alone'
 run 'beside takt watch' "$bin/takt" watch
 run 'beside a recorder' "$bin/takt" record "$work/run.mcap"
 
-# Two controllers; real time over the wall time of the slower one.
+# Two controllers; what the slower one says.
 two() {
   local robot home
   for robot in 1 2; do
@@ -56,17 +61,13 @@ routine("Robot$robot", function(r)
 end)
 END
   done
-  "$bin/takt-server" config/scenarios/block_assembly.yaml --cell "$TAKT_CELL" --domain "$TAKT_DOMAIN" --lod 1 --paused \
-    --pace lockstep >"$work/server.log" 2>&1 &
-  local server=$!
-  children=("$server")
-  "$bin/takt" --timeout 60 status >/dev/null || { cat "$work/server.log" >&2; exit 1; }
+  serve config/scenarios/block_assembly.yaml 1
   for robot in 1 2; do
     "$bin/takt-controller" "$work/robot$robot.lua" --cell "$TAKT_CELL" --domain "$TAKT_DOMAIN" --name "robot$robot" --start >"$work/said$robot" 2>&1 &
     children+=($!)
   done
   wait "${children[1]}" "${children[2]}"
-  printf '%-22s %s\n' 'two controllers, 1 ms' "$(grep -h 'real-time factor' "$work/said1" "$work/said2" | sort -t: -k2 | head -1)"
+  printf '%-22s %s\n' 'two controllers, 1 ms' "$(grep -h 'real-time factor' "$work/said1" "$work/said2" | sort -k5 -nr | head -1)"
   "$bin/takt" quit >/dev/null
   wait "$server"
   children=()

@@ -17,6 +17,7 @@
 #include "server/headless/headless_run.h"
 #include "server/scenario/scenario_builder.h"
 #include "tests/performance/contact_scenes_bench.h"
+#include "tests/support/solid_mesh.h"
 
 namespace takt {
 namespace {
@@ -39,27 +40,6 @@ struct Screw {
   }
 };
 
-double volume_m3(const meshes::Solid& solid) {
-  double sum = 0.0;
-  for (const auto& t : solid.triangles)
-    sum += solid.vertices[t[0]].dot(solid.vertices[t[1]].cross(solid.vertices[t[2]])) / 6.0;
-  return sum;
-}
-
-/// Rotation about z so far, of a body that turns by less than half a turn between two calls.
-class Turned {
- public:
-  void note(const Mat3& R) {
-    const double now = std::atan2(R(1, 0), R(0, 0));
-    sum_ += std::remainder(now - last_, 2.0 * kPi);
-    last_ = now;
-  }
-  double rad() const { return sum_; }
-
- private:
-  double sum_ = 0.0, last_ = 0.0;
-};
-
 void measure(int size, const std::string& friction_name, double share_of_limit, double friction,
              const std::string& law = "regularised") {
   const meshes::ScrewParameters p = meshes::iso_metric(size);
@@ -74,7 +54,8 @@ void measure(int size, const std::string& friction_name, double share_of_limit, 
   ScenarioOptions options;
   options.overrides = {"parts.Nut.mesh=" + (directory / "nut.obj").string(),
                        "grounds.Bolt.mesh=" + (directory / "bolt.obj").string(),
-                       "parts.Nut.mass_kg=" + std::to_string(kDensity_kg_per_m3 * volume_m3(nut)),
+                       "parts.Nut.mass_kg=" +
+                           std::to_string(kDensity_kg_per_m3 * volume_properties(test::mesh_of(nut)).volume),
                        "parts.Nut.pose.position_m=[0,0," + std::to_string(start_m) + "]",
                        "contact.defaults.friction=" + std::to_string(friction),
                        "contact.defaults.friction_law=" + law};
@@ -85,16 +66,17 @@ void measure(int size, const std::string& friction_name, double share_of_limit, 
   HeadlessOptions run;
   run.duration_s = kDuration_s;
   const auto id = static_cast<std::size_t>(cell->description.find_component("Nut"));
-  Turned turned;
-  double deepest_m = 0.0, snapshots_s = 0.0;
+  bench::Turned turned;
+  double deepest_m = 0.0;
   Snapshot snapshot = simulation.make_snapshot();
+  // A snapshot evaluates the contacts at the end of a step, and the next step begins with the result: its time
+  // is a part of the simulation's.
   const HeadlessResult result = run_headless(simulation, scenario, run, [&](const Simulation& s) {
-    const double begin = bench::seconds();
     s.read_snapshot(snapshot);
-    turned.note(snapshot.components[id].q_WB.toRotationMatrix());
+    const Mat3 R = snapshot.components[id].q_WB.toRotationMatrix();
+    turned.note(std::atan2(R(1, 0), R(0, 0)));
     for (const ContactSample& sample : snapshot.contacts.pressing())
       deepest_m = std::max(deepest_m, sample.result.largest_penetration_m);
-    snapshots_s += bench::seconds() - begin;
   });
   const double inertia_m2 = cell->parts[0].I_BBcm_B(2, 2) / cell->parts[0].mass_kg;
   const double expected = -screw.angle(inertia_m2, friction, -scenario.gravity_m_per_s2.z());
@@ -105,8 +87,7 @@ void measure(int size, const std::string& friction_name, double share_of_limit, 
     std::snprintf(error, sizeof(error), "%+.1f %%", 100.0 * (turned.rad() / expected - 1.0));
   std::printf("M%-3d %6zu %6zu  %-11s %9.2f %9.2f %8s %9.2f %9.2f %9.2f", size, nut.triangles.size(),
               bolt.triangles.size(), friction_name.c_str(), turned.rad() * 180.0 / kPi,
-              expected * 180.0 / kPi, error, 1e6 * beside_m, 1e6 * deepest_m,
-              (result.cpu_s - snapshots_s) / kDuration_s);
+              expected * 180.0 / kPi, error, 1e6 * beside_m, 1e6 * deepest_m, result.cpu_s / kDuration_s);
   const bench::PeerRun peer = bench::run_bullet(scenario, 0.001);
   if (peer.done)
     std::printf("  %9.2f %9.2f", peer.turned_rad * 180.0 / kPi, peer.cpu_s / kDuration_s);

@@ -37,6 +37,9 @@ struct Percentiles {
   }
 };
 
+/// The server searches for stale files of dead clients every 20 s.
+constexpr std::int64_t kStaleFilesGone_ns = 45'000'000'000;
+
 struct Options {
   double minutes = 10.0;
   bool faults = false;
@@ -311,8 +314,7 @@ int kill_clients(Options options, const std::string& self) {
     wait_until(now + 5'000'000);
   }
   victims.clear();  // killed as well
-  // The server searches for stale files of dead clients every 20 s.
-  wait_until(monotonic_now_ns() + 45'000'000'000);
+  wait_until(monotonic_now_ns() + kStaleFilesGone_ns);
   last = cell.status();
   applied = cell.state().applied.front().count;
   const Resources at_last = resources(service.pid());
@@ -453,8 +455,7 @@ int lead(Options options, const std::string& self) {
     report.line("commands of the flood", static_cast<double>(result_of(*flooder).a), "");
     report.must_be_zero("the frozen client did not come back", result_of(*frozen).good ? 0U : 1U);
     killed.reset();
-    // The server searches for stale files of dead clients every 20 s.
-    wait_until(monotonic_now_ns() + 45'000'000'000);
+    wait_until(monotonic_now_ns() + kStaleFilesGone_ns);
     const Resources after_clients = resources(service.pid());
     report.must_be_zero("shared memory files after all clients, more than before them",
                         after_clients.shared_memory_files -

@@ -6,15 +6,6 @@
 #include "server/contact/surface/contact_elements.h"
 
 namespace takt {
-namespace {
-
-/// Centroids closer than this to an edge or a vertex have no direction to it: they are on the surface.
-constexpr double kOnSurface_m = 1e-12;
-/// Faces whose plane is further away than the closest point by more than rounding are skipped.
-constexpr double kFurther = 1.0 + 1e-9;
-
-}  // namespace
-
 void ContactDepths::prepare(const ContactCandidates& lists) {
   const std::size_t slots = lists.slot_count();
   planes_.resize(lists.patches.size());
@@ -69,61 +60,40 @@ void ContactDepths::find(const ContactSurface::Data& base, const ContactSurface:
 void ContactDepths::find_single(const ContactSurface::Data& base, const ContactSurface::Data& target,
                                 const ContactCandidates& lists, const ContactCandidates::Single& single,
                                 const Pose& X_TB, const Pose& X_BT, double moved_m) {
-  using Feature = ClosestOnFace::Feature;
   const auto slot = static_cast<std::size_t>(single.slot);
   const auto e = static_cast<std::size_t>(lists.element[slot]);
   const Vec3 p = base.point(e), x = X_TB * p;
   depth_[slot] = 0.0;
   bend_[slot] = -1;
-  ClosestOnFace best;
-  best.squared_m2 = INFINITY;
-  const ContactCandidates::Near* nearest = nullptr;
+  NearestFace nearest;
+  std::int32_t plane_of_nearest = -1;
   double limit_m = INFINITY;
   for (std::size_t k = single.begin; k < single.end; ++k) {
     const ContactCandidates::Near& near = lists.near[k];
     if (near.at_least_m - moved_m > limit_m) break;
-    const ContactFace& face = target.faces[static_cast<std::size_t>(near.face)];
-    const ContactPatch& patch = target.patches[static_cast<std::size_t>(face.patch)];
-    const double height = patch.normal.dot(x) - patch.offset_m;
-    if (height * height > kFurther * best.squared_m2) continue;
-    const ClosestOnFace closest = target.closest_on_face(face, x);
-    if (!(closest.squared_m2 < best.squared_m2 ||
-          (closest.squared_m2 == best.squared_m2 && near.face < nearest->face)))
-      continue;
-    best = closest;
-    nearest = &near;
-    limit_m = kFurther * std::sqrt(best.squared_m2);
+    if (!target.take_nearer(near.face, x, nearest)) continue;
+    plane_of_nearest = near.plane;
+    limit_m = kFurther * std::sqrt(nearest.closest.squared_m2);
   }
-  if (nearest == nullptr) return;
-  const ContactFace& face = target.faces[static_cast<std::size_t>(nearest->face)];
-  // An edge between two faces of one patch, or a vertex in its middle, is not there.
-  const bool flat =
-      best.feature == Feature::inside ||
-      (best.feature == Feature::edge
-           ? target.faces[static_cast<std::size_t>(face.neighbour[best.number])].patch == face.patch
-           : target.vertex_patch[face.vertex[best.number]] == face.patch);
-  if (flat) {
-    const Plane& plane = planes_[static_cast<std::size_t>(nearest->plane)];
+  if (nearest.face < 0) return;
+  const ContactFace& face = target.faces[static_cast<std::size_t>(nearest.face)];
+  const ClosestOnFace& closest = nearest.closest;
+  if (target.is_flat(face, closest)) {
+    const Plane& plane = planes_[static_cast<std::size_t>(plane_of_nearest)];
     const double depth = plane_depth(plane.normal_B.x(), plane.normal_B.y(), plane.normal_B.z(),
                                      plane.offset_m, p.x(), p.y(), p.z());
     quiet_m_ = std::min(quiet_m_, -depth);
     if (!(depth > 0.0)) return;
     depth_[slot] = depth;
-    plane_[slot] = nearest->plane;
+    plane_[slot] = plane_of_nearest;
   } else {
-    const double distance = std::sqrt(best.squared_m2);
-    const bool inside = target.inside(face, best, x);
+    const double distance = std::sqrt(closest.squared_m2);
+    const bool inside = target.inside(face, closest, x);
     quiet_m_ = std::min(quiet_m_, inside ? -distance : distance);
     if (!inside || !(distance > kOnSurface_m)) return;
     depth_[slot] = distance;
     bend_[slot] = static_cast<std::int32_t>(bends_.size());
-    Bend bend{X_BT.R * ((best.q - x) / distance), Vec3::Zero()};
-    if (best.feature == Feature::edge) {
-      const std::size_t k = best.number;
-      bend.edge_B =
-          X_BT.R * (target.vertices[face.vertex[(k + 1) % 3]] - target.vertices[face.vertex[k]]).normalized();
-    }
-    bends_.push_back(bend);
+    bends_.push_back({X_BT.R * ((closest.q - x) / distance), X_BT.R * target.edge_direction(face, closest)});
   }
 }
 

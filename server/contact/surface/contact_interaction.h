@@ -28,7 +28,7 @@ class StateWriter;
 struct ContactCallCounts {
   std::uint64_t made = 0, skipped = 0;
   std::uint64_t boxes_apart = 0;  ///< pairs skipped because their bounds are apart
-  std::uint64_t rebuilds = 0;     ///< of free regions
+  std::uint64_t rebuilds = 0;     ///< of candidate lists
   std::uint64_t elements = 0;     ///< elements with force, over all calls
 };
 
@@ -49,7 +49,7 @@ class ContactInteraction {
   void reset();
   /// Discards the springs and caches of all pairs of this component, after it was moved.
   void forget(int component);
-  /// Saves springs and near pairs. Results of calls and free regions are not saved: they change no bit.
+  /// Saves springs and near pairs. Results of calls and candidate lists are not saved: they change no bit.
   /// Before load(), set_acting() must be called with the saved pairs; load() throws StateError, and the
   /// object must then be reset or discarded.
   void save(StateWriter& out) const;

@@ -1,20 +1,11 @@
 #include "server/contact/surface/face_depths.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "server/contact/surface/contact_elements.h"
 
 namespace takt {
-namespace {
-
-/// Centroids closer than this to an edge or a vertex have no direction to it: they are on the surface.
-constexpr double kOnSurface_m = 1e-12;
-/// Faces that are further away than the closest point by more than rounding are skipped.
-constexpr double kFurther = 1.0 + 1e-9;
-
-}  // namespace
 
 void FaceDepths::find(std::span<const Vec3> p_B, std::span<Depth> depths) {
   std::array<Vec3, FaceOctree::kBatch> x_T;
@@ -23,14 +14,14 @@ void FaceDepths::find(std::span<const Vec3> p_B, std::span<Depth> depths) {
   for (std::size_t i = 0; i < count; ++i) x_T[i] = X_TB_ * p_B[i];
   target_.octree.find({x_T.data(), count}, leaves);
   // What the tests will read is on its way before the first one begins.
+  const auto listed = [&](std::size_t i) {
+    return leaves[i] != nullptr && leaves[i]->kind == FaceOctree::Kind::faces;
+  };
   std::array<std::int32_t, FaceOctree::kBatch> first;
+  for (std::size_t i = 0; i < count; ++i)
+    if (listed(i)) __builtin_prefetch(target_.octree.faces(*leaves[i]).data());
   for (std::size_t i = 0; i < count; ++i) {
-    const bool listed = leaves[i] != nullptr && leaves[i]->kind == FaceOctree::Kind::faces;
-    if (listed) __builtin_prefetch(target_.octree.faces(*leaves[i]).data());
-  }
-  for (std::size_t i = 0; i < count; ++i) {
-    const bool listed = leaves[i] != nullptr && leaves[i]->kind == FaceOctree::Kind::faces;
-    first[i] = listed ? target_.octree.faces(*leaves[i]).front().face : 0;
+    first[i] = listed(i) ? target_.octree.faces(*leaves[i]).front().face : 0;
     const ContactFace* face = &target_.faces[static_cast<std::size_t>(first[i])];
     __builtin_prefetch(face);
     __builtin_prefetch(&face->inward[1]);
@@ -52,35 +43,19 @@ void FaceDepths::find(const Vec3& p_B, const Vec3& x_T, const FaceOctree::Leaf* 
     return;
   }
   if (leaf->kind == FaceOctree::Kind::patch) return below_plane(leaf->patch, p_B, depth);
-  ClosestOnFace best;
-  best.squared_m2 = INFINITY;
-  std::int32_t nearest = -1;
-  const auto test = [&](std::int32_t index) {
-    const ContactFace& face = target_.faces[static_cast<std::size_t>(index)];
-    if (target_.least_squared_m2(face, x_T) > kFurther * best.squared_m2) return;
-    const ClosestOnFace closest = target_.closest_on_face(face, x_T);
-    if (!(closest.squared_m2 < best.squared_m2 || (closest.squared_m2 == best.squared_m2 && index < nearest)))
-      return;
-    best = closest;
-    nearest = index;
-  };
+  NearestFace nearest;
   if (leaf->kind == FaceOctree::Kind::faces) {
     const double from_center_m = octree.from_center_m(*leaf, x_T);
     double limit_m = INFINITY;
     for (const FaceOctree::Near& near : octree.faces(*leaf)) {
       if (static_cast<double>(near.at_least_m) - from_center_m > limit_m) break;
-      const std::int32_t last = nearest;
-      test(near.face);
-      if (nearest != last) limit_m = kFurther * std::sqrt(best.squared_m2);
+      if (target_.take_nearer(near.face, x_T, nearest))
+        limit_m = kFurther * std::sqrt(nearest.closest.squared_m2);
     }
   } else {
-    double limit2_m2 = INFINITY;
-    target_.face_tree.visit_near(x_T, limit2_m2, [&](std::int32_t index) {
-      test(index);
-      limit2_m2 = kFurther * best.squared_m2;
-    });
+    nearest = target_.nearest_face(x_T);
   }
-  at_face(nearest, best, p_B, x_T, depth);
+  at_face(nearest, p_B, x_T, depth);
 }
 
 void FaceDepths::below_plane(std::int32_t patch, const Vec3& p_B, Depth& depth) {
@@ -96,17 +71,10 @@ void FaceDepths::below_plane(std::int32_t patch, const Vec3& p_B, Depth& depth) 
   if (depth.depth_m > 0.0) depth.normal_B = plane_normal_B_;
 }
 
-void FaceDepths::at_face(std::int32_t index, const ClosestOnFace& closest, const Vec3& p_B, const Vec3& x_T,
-                         Depth& depth) {
-  using Feature = ClosestOnFace::Feature;
-  const ContactFace& face = target_.faces[static_cast<std::size_t>(index)];
-  // An edge between two faces of one patch, or a vertex in its middle, is not there.
-  const bool flat =
-      closest.feature == Feature::inside ||
-      (closest.feature == Feature::edge
-           ? target_.faces[static_cast<std::size_t>(face.neighbour[closest.number])].patch == face.patch
-           : target_.vertex_patch[face.vertex[closest.number]] == face.patch);
-  if (flat) return below_plane(face.patch, p_B, depth);
+void FaceDepths::at_face(const NearestFace& nearest, const Vec3& p_B, const Vec3& x_T, Depth& depth) {
+  const ContactFace& face = target_.faces[static_cast<std::size_t>(nearest.face)];
+  const ClosestOnFace& closest = nearest.closest;
+  if (target_.is_flat(face, closest)) return below_plane(face.patch, p_B, depth);
   const double distance = std::sqrt(closest.squared_m2);
   const bool inside = target_.inside(face, closest, x_T);
   depth.depth_m = inside && distance > kOnSurface_m ? distance : 0.0;
@@ -114,13 +82,7 @@ void FaceDepths::at_face(std::int32_t index, const ClosestOnFace& closest, const
   if (!(depth.depth_m > 0.0)) return;
   depth.bend = true;
   depth.normal_B = X_BT_.R * ((closest.q - x_T) / distance);
-  depth.edge_B.setZero();
-  if (closest.feature == Feature::edge) {
-    const std::size_t k = closest.number;
-    depth.edge_B =
-        X_BT_.R *
-        (target_.vertices[face.vertex[(k + 1) % 3]] - target_.vertices[face.vertex[k]]).normalized();
-  }
+  depth.edge_B = X_BT_.R * target_.edge_direction(face, closest);
 }
 
 }  // namespace takt

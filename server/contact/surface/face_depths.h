@@ -32,8 +32,7 @@ class FaceDepths {
  private:
   void find(const Vec3& p_B, const Vec3& x_T, const FaceOctree::Leaf* leaf, Depth& depth);
   void below_plane(std::int32_t patch, const Vec3& p_B, Depth& depth);
-  void at_face(std::int32_t face, const ClosestOnFace& closest, const Vec3& p_B, const Vec3& x_T,
-               Depth& depth);
+  void at_face(const NearestFace& nearest, const Vec3& p_B, const Vec3& x_T, Depth& depth);
 
   const ContactSurface::Data& target_;
   Pose X_TB_, X_BT_;

@@ -9,7 +9,7 @@
 // 2, for any meshes (docs/decisions.md). u is continuous for any motion.
 //
 // B is the frame of the Base, T that of the Target. Results are functions of pose, twist and stick anchors
-// alone: caches between calls (free regions, valid while a motion bound holds) change no bit. An object
+// alone: caches between calls (candidate lists, valid while a motion bound holds) change no bit. An object
 // must be used by one thread at a time. After warm-up it does not allocate.
 #include <cstdint>
 #include <memory>
@@ -57,7 +57,7 @@ struct ElementPressure {
 
 struct ContactCounts {
   std::uint64_t evaluations = 0;
-  std::uint64_t rebuilds = 0;  ///< of free regions
+  std::uint64_t rebuilds = 0;  ///< of the candidate lists
   std::uint64_t elements = 0;  ///< with force, over all evaluations
 };
 
@@ -76,7 +76,7 @@ class PolygonalContact {
   /// Discrete, at an accepted point, stick law only: springs stretched beyond the slip limit relax to it,
   /// elements without contact lose theirs, new ones begin unstretched. True if any spring is stored.
   bool accept(const RelativeMotion& motion);
-  /// Discards all springs (and free regions).
+  /// Discards all springs (and candidate lists).
   void reset();
   /// Result of accept() as numbers, for snapshots: per stretched element its number and displacement.
   std::vector<double> save() const;

@@ -275,8 +275,7 @@ class Search {
 }  // namespace
 
 double SeparatingPlanes::used(const ContactCluster& cluster, const Pose& pose) const {
-  // A point at r from the centre moves by at most |dp| + |dR|_2 |r|; the 2-norm of the difference of two
-  // rotations is its Frobenius norm over sqrt(2).
+  // See ContactCandidates::cover.
   const double turn = std::sqrt(0.5 * (pose.R - X_TB.R).squaredNorm()) * cluster.radius_m;
   const Vec3 shift = cluster.axes_B.transpose() * (X_TB.R.transpose() * (pose * cluster.center_B - center_T));
   return std::max({(turn + std::abs(shift[0])) / bound_m[0], (turn + std::abs(shift[1])) / bound_m[1],

@@ -264,20 +264,18 @@ bool ContactSurface::Data::inside(const ContactFace& face, const ClosestOnFace& 
   return (x - closest.q).dot(vertex_normal[face.vertex[closest.number]]) < 0.0;
 }
 
+NearestFace ContactSurface::Data::nearest_face(const Vec3& x) const {
+  NearestFace nearest;
+  face_tree.visit_near(x, nearest.closest.squared_m2,
+                       [&](std::int32_t face) { (void)take_nearer(face, x, nearest); });
+  return nearest;
+}
+
 double ContactSurface::Data::signed_distance_m(const Vec3& x) const {
-  double nearest2 = INFINITY;
-  std::int32_t nearest = -1;
-  ClosestOnFace best;
-  face_tree.visit_near(x, nearest2, [&](std::int32_t index) {
-    const ClosestOnFace closest = closest_on_face(faces[static_cast<std::size_t>(index)], x);
-    if (!(closest.squared_m2 < nearest2 || (closest.squared_m2 == nearest2 && index < nearest))) return;
-    nearest2 = closest.squared_m2;
-    nearest = index;
-    best = closest;
-  });
-  if (nearest < 0) return INFINITY;
-  const double distance = std::sqrt(nearest2);
-  return inside(faces[static_cast<std::size_t>(nearest)], best, x) ? -distance : distance;
+  const NearestFace nearest = nearest_face(x);
+  if (nearest.face < 0) return INFINITY;
+  const double distance = std::sqrt(nearest.closest.squared_m2);
+  return inside(faces[static_cast<std::size_t>(nearest.face)], nearest.closest, x) ? -distance : distance;
 }
 
 double default_element_edge_m(const TriangleMesh& mesh) {

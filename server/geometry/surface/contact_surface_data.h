@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "server/geometry/box_tree.h"
@@ -40,6 +41,17 @@ struct ClosestOnFace {
   std::uint8_t number = 0;  ///< of the edge (from vertex k to k+1) or of the vertex
   Vec3 q = Vec3::Zero();
   double squared_m2 = 0.0;  ///< distance
+};
+
+/// Faces that are further away than the closest one by more than rounding are skipped.
+inline constexpr double kFurther = 1.0 + 1e-9;
+/// Centroids closer than this to an edge or a vertex have no direction to it: they are on the surface.
+inline constexpr double kOnSurface_m = 1e-12;
+
+/// The closest face so far, and its point.
+struct NearestFace {
+  std::int32_t face = -1;
+  ClosestOnFace closest{.squared_m2 = std::numeric_limits<double>::infinity()};
 };
 
 /// Neighbouring elements with similar normals: a range of elements, and a box around their centroids. The
@@ -91,6 +103,33 @@ struct ContactSurface::Data {
     return {vertices[face.vertex[0]], vertices[face.vertex[1]], vertices[face.vertex[2]]};
   }
   ClosestOnFace closest_on_face(const ContactFace& face, const Vec3& x) const;
+  /// Whether the closest point is on a flat patch: an edge between two faces of one patch, or a vertex in its
+  /// middle, is not there.
+  bool is_flat(const ContactFace& face, const ClosestOnFace& closest) const {
+    using Feature = ClosestOnFace::Feature;
+    if (closest.feature == Feature::inside) return true;
+    return closest.feature == Feature::edge
+               ? faces[static_cast<std::size_t>(face.neighbour[closest.number])].patch == face.patch
+               : vertex_patch[face.vertex[closest.number]] == face.patch;
+  }
+  /// Direction of the edge that has the closest point; zero if it is a vertex.
+  Vec3 edge_direction(const ContactFace& face, const ClosestOnFace& closest) const {
+    if (closest.feature != ClosestOnFace::Feature::edge) return Vec3::Zero();
+    const std::size_t k = closest.number;
+    return (vertices[face.vertex[(k + 1) % 3]] - vertices[face.vertex[k]]).normalized();
+  }
+  /// Keeps this face if it is closer to x than the one so far; of equally close ones the lower number.
+  /// Returns whether it does.
+  bool take_nearer(std::int32_t face, const Vec3& x, NearestFace& nearest) const {
+    const ContactFace& candidate = faces[static_cast<std::size_t>(face)];
+    if (least_squared_m2(candidate, x) > kFurther * nearest.closest.squared_m2) return false;
+    const ClosestOnFace closest = closest_on_face(candidate, x);
+    const double before_m2 = nearest.closest.squared_m2;
+    if (!(closest.squared_m2 < before_m2 || (closest.squared_m2 == before_m2 && face < nearest.face)))
+      return false;
+    nearest = {face, closest};
+    return true;
+  }
   /// Lower bound of the squared distance (m^2) but for rounding: within its plane a face is no nearer than the
   /// line of an edge that x is beyond.
   double least_squared_m2(const ContactFace& face, const Vec3& x) const {
@@ -100,6 +139,8 @@ struct ContactSurface::Data {
     for (std::size_t k = 0; k < 3; ++k) beyond = std::min(beyond, face.inward[k].dot(x) + face.shift_m[k]);
     return height * height + beyond * beyond;
   }
+  /// Walks the hierarchy of all faces. No face for an x that is not finite.
+  NearestFace nearest_face(const Vec3& x) const;
   /// Distance of x to the surface (m), negative inside. Walks the hierarchy of all faces.
   double signed_distance_m(const Vec3& x) const;
   /// Whether x, whose closest point on the surface is `closest` of this face, is inside.

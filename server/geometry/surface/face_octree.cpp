@@ -80,9 +80,7 @@ class FaceOctree::Builder {
     // The list of the parent has every face that may be closest in any of its children, the closest one to
     // its own centre first.
     found_.clear();
-    ClosestOnFace best;
-    best.squared_m2 = INFINITY;
-    std::int32_t closest = -1;
+    NearestFace nearest;
     double limit_m = INFINITY;
     for (std::size_t i = cell.begin; i < cell.end; ++i) {
       const Candidate& candidate = level.lists[i];
@@ -94,17 +92,16 @@ class FaceOctree::Builder {
       const double distance_m = std::sqrt(on.squared_m2);
       if (distance_m > limit_m) continue;
       found_.push_back({candidate.face, distance_m});
-      if (on.squared_m2 < best.squared_m2 || (on.squared_m2 == best.squared_m2 && candidate.face < closest)) {
-        best = on;
-        closest = candidate.face;
-        limit_m = distance_m + 2.0 * r;
-      }
+      if (!(on.squared_m2 < nearest.closest.squared_m2)) continue;
+      nearest = {candidate.face, on};
+      limit_m = distance_m + 2.0 * r;
     }
-    const double distance_m = std::sqrt(best.squared_m2);
-    const bool inside = surface_.inside(surface_.faces[static_cast<std::size_t>(closest)], best, center);
+    const double distance_m = std::sqrt(nearest.closest.squared_m2);
+    const bool inside =
+        surface_.inside(surface_.faces[static_cast<std::size_t>(nearest.face)], nearest.closest, center);
     std::erase_if(found_, [&](const Candidate& c) { return c.distance_m > limit_m; });
     std::iter_swap(found_.begin(), std::find_if(found_.begin(), found_.end(),
-                                                [&](const Candidate& c) { return c.face == closest; }));
+                                                [&](const Candidate& c) { return c.face == nearest.face; }));
 
     Leaf leaf;
     leaf.level = depth;
@@ -171,11 +168,8 @@ class FaceOctree::Builder {
       for (std::uint32_t y = 0; y < count; ++y)
         for (std::uint32_t z = 0; z < count; ++z) {
           std::int32_t node = tree_.children_.front();
-          for (std::uint32_t shift = levels; shift > 0 && node >= 0; --shift) {
-            const std::uint32_t octant =
-                (x >> (shift - 1) & 1U) | (y >> (shift - 1) & 1U) << 1U | (z >> (shift - 1) & 1U) << 2U;
-            node = tree_.children_[static_cast<std::size_t>(node) + octant];
-          }
+          for (std::uint32_t shift = levels; shift > 0 && node >= 0;)
+            node = tree_.child(node, {x, y, z}, --shift);
           tree_.top_.push_back(node);
         }
   }
@@ -238,11 +232,6 @@ double FaceOctree::at_least_m(const Vec3& x) const {
     sum += beyond * beyond;
   }
   return std::sqrt(sum);
-}
-
-std::size_t FaceOctree::bytes() const {
-  return sizeof(std::int32_t) * (top_.capacity() + children_.capacity()) + sizeof(Leaf) * leaves_.capacity() +
-         sizeof(Near) * near_.capacity();
 }
 
 }  // namespace takt

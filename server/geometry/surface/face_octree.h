@@ -35,7 +35,7 @@ class FaceOctree {
   };
 
   FaceOctree() = default;
-  /// Uses vertices, faces, patches, normals and the hierarchy of faces of the surface.
+  /// Uses vertices, faces, patches, normals and box of the surface.
   explicit FaceOctree(const ContactSurface::Data& surface);
 
   bool empty() const { return leaves_.empty(); }
@@ -66,9 +66,6 @@ class FaceOctree {
   }
   /// Lower bound of the signed distance of x from the surface (m); minus infinity of an empty tree.
   double at_least_m(const Vec3& x) const;
-
-  std::size_t leaf_count() const { return leaves_.size(); }
-  std::size_t bytes() const;
 
  private:
   class Builder;
@@ -106,8 +103,8 @@ class FaceOctree {
   Aabb bounds_;
   std::uint32_t top_levels_ = 0;
   std::vector<std::int32_t> top_;  ///< nodes of the level `top_levels_`
-  std::vector<std::int32_t>
-      children_;  ///< of each inner node eight nodes: the place of its children, or ~leaf
+  /// Of each inner node eight nodes: the place of its children, or ~leaf.
+  std::vector<std::int32_t> children_;
   std::vector<Leaf> leaves_;
   std::vector<Near> near_;
 };

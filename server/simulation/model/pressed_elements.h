@@ -1,6 +1,6 @@
 #pragma once
 // Pressure element by element (level of detail 3), for pictures: the elements of a pair's Base that have
-// force, their corners and their pressure (2.17). Computed from a snapshot alone, with a search of its
+// force, their corners and their pressure (2.17). Computed from a snapshot alone, with candidate lists of its
 // own, so that it neither delays a simulation nor changes its bits.
 #include <array>
 #include <cstdint>

@@ -126,7 +126,7 @@ class Simulation {
 
   /// The complete state between two steps, as bytes: all that influences later steps, so that a simulation of
   /// the same model that restores them continues with the same bits, hash included. Not included: counts of
-  /// work and stage times (statistics()), and caches (verdicts and hints of collision checks, free regions
+  /// work and stage times (statistics()), and caches (verdicts and hints of collision checks, candidate lists
   /// and results of contacts), which change no bit. `out` is overwritten; it allocates only to grow.
   ///
   /// Exceptions are cvode, esdirk, esdirk4 and ida, whose memory of earlier steps is inside SUNDIALS. Saving
