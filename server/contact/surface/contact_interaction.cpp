@@ -1,7 +1,6 @@
 #include "server/contact/surface/contact_interaction.h"
 
 #include <algorithm>
-#include <cstring>
 #include <stdexcept>
 
 #include "plant_models/state_bytes.h"
@@ -30,12 +29,6 @@ struct ContactInteraction::Pair {
 };
 
 namespace {
-// Compares bit for bit, including the sign of a zero: reuse must not change a result.
-bool same(const RelativeMotion& a, const RelativeMotion& b) {
-  static_assert(sizeof(RelativeMotion) == 18 * sizeof(double));
-  return std::memcmp(static_cast<const void*>(&a), static_cast<const void*>(&b), sizeof(a)) == 0;
-}
-
 // Wrench about the target's origin in its axes, into the world, about the same point.
 Wrench to_world(const Wrench& F_T, const Mat3& R_WT) {
   return {R_WT * F_T.f, R_WT * F_T.t};
@@ -150,6 +143,9 @@ void ContactInteraction::save(StateWriter& out) const {
     out.put_size(springs.size());
     for (const ContactSpring& spring : springs)
       out.put(static_cast<double>(spring.element)), out.put(spring.anchor_T);
+    const RelativeMotion* held = pair.contact.held_from();
+    out.put(held != nullptr);
+    if (held != nullptr) out.put(held->X_TB), out.put(held->V_TB_T.v), out.put(held->V_TB_T.w);
   }
 }
 
@@ -179,6 +175,12 @@ void ContactInteraction::load(StateReader& in) {
     } catch (const std::invalid_argument& error) {
       in.fail(error.what());
     }
+    if (!in.flag("'held'")) continue;
+    RelativeMotion motion;
+    motion.X_TB = in.pose("a held pose");
+    motion.V_TB_T.v = in.vector("a held velocity");
+    motion.V_TB_T.w = in.vector("a held angular velocity");
+    pair.contact.hold_from(motion);
   }
 }
 
@@ -269,7 +271,7 @@ void ContactInteraction::accept(const CellMotion& motion) {
 
 void ContactInteraction::evaluate_pair(Pair& pair, const CellMotion& motion) const {
   const RelativeMotion now = motion_of(*pair.model, motion);
-  if (pair.known && same(now, pair.at)) {
+  if (pair.known && same_bits(now, pair.at)) {
     if (pair.uncounted) {
       pair.uncounted = false;
       ++pair.made;
@@ -288,10 +290,26 @@ void ContactInteraction::evaluate_pair(Pair& pair, const CellMotion& motion) con
   pair.uncounted = false;
 }
 
+void ContactInteraction::set_holding(bool holding) {
+  holding_ = holding;
+  for (Pair& pair : pairs_) {
+    pair.contact.release();
+    pair.known = false;
+  }
+}
+
+void ContactInteraction::hold(const CellMotion& motion, double next_s) {
+  for (const std::size_t i : moving_) {
+    Pair& pair = pairs_[i];
+    if (!pair.contact.can_hold()) continue;
+    if (pair.contact.hold(motion_of(*pair.model, motion), next_s)) pair.known = false;
+  }
+}
+
 // The same result, whether calls are skipped or not, and no call.
 void ContactInteraction::look_at_pair(Pair& pair, const CellMotion& motion) const {
   const RelativeMotion now = motion_of(*pair.model, motion);
-  if (pair.known && same(now, pair.at)) return;
+  if (pair.known && same_bits(now, pair.at)) return;
   pair.contact.evaluate(now, pair.result);
   pair.at = now;
   pair.known = pair.uncounted = true;
@@ -345,7 +363,7 @@ void ContactInteraction::linearise(const CellMotion& motion, Linearisation linea
     Pair& pair = pairs_[i];
     const RelativeMotion now = motion_of(*pair.model, motion);
     // A pair without pressure at this motion has no stiffness.
-    if (pair.known && pair.result.elements == 0 && same(now, pair.at)) continue;
+    if (pair.known && pair.result.elements == 0 && same_bits(now, pair.at)) continue;
     ContactJacobian J;
     ++pair.made;
     pair.contact.evaluate(now, linearisation, pair.result, J);

@@ -69,6 +69,11 @@ class ContactInteraction {
   };
   /// Tests only pairs that an evaluation since the last call found deep.
   Passing passing(const CellMotion& motion);
+  /// Whether solvers hold patches (PolygonalContact::hold).
+  void set_holding(bool holding);
+  bool holding() const { return holding_; }
+  /// Discrete, at the start of a step of a solver of `next_s`: holds patches of pairs that may move.
+  void hold(const CellMotion& motion, double next_s);
   /// Discrete, at an accepted point: springs of the stick law.
   void accept(const CellMotion& motion);
 
@@ -144,6 +149,7 @@ class ContactInteraction {
   std::vector<char> is_near_;        ///< by pair
   std::vector<std::size_t> near_;    ///< acting pairs that may meet, ascending
   std::vector<std::size_t> moving_;  ///< near pairs with at least one mobile component
+  bool holding_ = false;
   Executor* executor_ = nullptr;
 };
 

@@ -24,6 +24,8 @@ constexpr double kHigh_m = 1e-6;
 /// A search for a region costs as much as this many visits without one; where regions do not last, visits
 /// between searches double up to a limit.
 constexpr std::uint32_t kWorth = 4, kLongestWait = 1U << 14U;
+/// Of faces in contact to each other, as far as a motion beside both is followed.
+constexpr double kInclined = 0.05;
 /// Rounding of lengths.
 constexpr double kSlack_m = 1e-8;
 
@@ -357,6 +359,43 @@ void ContactSearch::add_from_faces(const ContactCluster& cluster, State& state) 
     ++hits_;
   }
   if (hits_ == first && quiet_m > kSlack_m) state.quiet_until_m = travelled_m_ + 0.999 * quiet_m - kSlack_m;
+}
+
+void ContactSearch::find(const HeldMotion& motion, HeldPatch& patch) const {
+  patch.clear();
+  if (base_.clusters.empty()) return;
+  const Mat3 R_BT = motion.X_TB.R.transpose();
+  Twist path_B;
+  path_B.w = motion.horizon_s * (R_BT * motion.w_T);
+  path_B.v = motion.horizon_s * (R_BT * motion.v_T) - path_B.w.cross(base_.box.center_B);
+  visit(0, motion, path_B, patch);
+}
+
+void ContactSearch::visit(std::size_t index, const HeldMotion& motion, const Twist& path_B,
+                          HeldPatch& patch) const {
+  const ContactCluster& cluster = base_.clusters[index];
+  const double longest_m = path_B.at(cluster.center_B).norm() + path_B.w.norm() * cluster.radius_m;
+  const double clear_m = target_.octree.at_least_m(motion.X_TB * cluster.center_B) - cluster.radius_m;
+  if (clear_m > longest_m + motion.margin_m) return;
+  if (cluster.second >= 0) {
+    visit(index + 1, motion, path_B, patch);
+    return visit(static_cast<std::size_t>(cluster.second), motion, path_B, patch);
+  }
+  const std::size_t count = cluster.end - cluster.begin;
+  std::array<ElementPath, kLeaf> paths;
+  std::array<FaceStrip, kLeaf> strips;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t e = cluster.begin + i;
+    ElementPath& path = paths[i];
+    path.p_B = base_.point(e);
+    path.path_B = path_B.at(path.p_B);
+    // Surfaces that touch face each other: an element comes closer along its own normal, and by what the
+    // Target's faces are inclined to it.
+    path.reach_m = motion.margin_m + std::max(0.0, path.path_B.dot(base_.normal(e))) + kInclined * path.path_B.norm();
+  }
+  find_strips(target_, motion.X_TB, {paths.data(), count}, motion.margin_m, {strips.data(), count});
+  for (std::size_t i = 0; i < count; ++i)
+    if (strips[i].near) patch.add(static_cast<std::int32_t>(cluster.begin + i), strips[i]);
 }
 
 }  // namespace takt

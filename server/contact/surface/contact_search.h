@@ -15,6 +15,7 @@
 #include "server/contact/surface/contact_candidates.h"
 #include "server/contact/surface/contact_depths.h"
 #include "server/contact/surface/face_depths.h"
+#include "server/contact/surface/held_patch.h"
 #include "server/contact/surface/separating_planes.h"
 
 namespace takt {
@@ -27,6 +28,9 @@ class ContactSearch {
   /// `X_BT`: the inverse of X_TB. True if a region was searched or a list was made.
   bool find(const Pose& X_TB, const Pose& X_BT);
   void forget();
+  /// Finds the elements that are or come into contact during a motion. The Target must have an octree. Changes
+  /// nothing that find() keeps.
+  void find(const HeldMotion& motion, HeldPatch& patch) const;
 
   /// Elements whose centroid is inside the Target, ascending.
   std::span<const std::int32_t> elements() const { return {elements_.data(), hits_}; }
@@ -61,6 +65,7 @@ class ContactSearch {
   void add_from_lists(Open& open, State& state);
   void add_from_faces(const ContactCluster& cluster, State& state);
   void travel(const Pose& X_TB);
+  void visit(std::size_t index, const HeldMotion& motion, const Twist& path_B, HeldPatch& patch) const;
   void make_room(std::size_t count);
 
   const ContactSurface::Data& base_;

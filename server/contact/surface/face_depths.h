@@ -30,7 +30,7 @@ class FaceDepths {
   void find(std::span<const Vec3> p_B, std::span<Depth> depths);
 
  private:
-  void find(const Vec3& p_B, const Vec3& x_T, const FaceOctree::Leaf* leaf, Depth& depth);
+  void find(const Vec3& p_B, const Vec3& x_T, const FaceOctree::Leaf& leaf, Depth& depth);
   void below_plane(std::int32_t patch, const Vec3& p_B, Depth& depth);
   void at_face(const NearestFace& nearest, const Vec3& p_B, const Vec3& x_T, Depth& depth);
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <stdexcept>
 
 #include "server/contact/surface/contact_elements.h"
@@ -9,6 +10,11 @@
 
 namespace takt {
 namespace {
+
+/// A patch is held for a path of so many faces of the Target, and for no longer.
+constexpr double kHeldFaces = 2.5, kLongestHeld_s = 0.01;
+/// Points of the Base are beside a held motion by no more than such an acceleration takes them, or a least way.
+constexpr double kUnforeseen_m_per_s2 = 0.5, kLeastMargin_m = 1e-6;
 
 Mat3 cross_matrix(const Vec3& a) {
   Mat3 m;
@@ -39,6 +45,11 @@ void move_to_target(const Pose& X_TB, Mat6& m) {
 
 }  // namespace
 
+bool same_bits(const RelativeMotion& a, const RelativeMotion& b) {
+  static_assert(sizeof(RelativeMotion) == 18 * sizeof(double));
+  return std::memcmp(static_cast<const void*>(&a), static_cast<const void*>(&b), sizeof(a)) == 0;
+}
+
 RelativeMotion relative_motion(const Pose& X_WB, const Twist& V_WB, const Pose& X_WT, const Twist& V_WT) {
   const Mat3 R_TW = X_WT.R.transpose();
   const Vec3 p_TB_W = X_WB.p - X_WT.p;
@@ -60,6 +71,11 @@ struct PolygonalContact::Impl {
   std::vector<std::int32_t> filled;  ///< elements in the rows
   std::vector<ContactSpring> springs, next_springs;
   ContactCounts counts;
+  HeldPatch patch;
+  HeldMotion held;
+  RelativeMotion held_from;
+  bool holds = false;
+  bool rows_held = false;  ///< the rows are of the patch
 
   Impl(std::shared_ptr<const ContactSurface> b, std::shared_ptr<const ContactSurface> t, const ContactLaw& l)
       : base_surface(std::move(b)),
@@ -74,8 +90,12 @@ struct PolygonalContact::Impl {
   }
 
   bool boxes_apart(const Pose& X_TB) const;
+  void start_holding(const RelativeMotion& motion);
+  bool held_covers(const Pose& X_TB, double next_s, double share) const;
   std::size_t find_elements(const RelativeMotion& motion, Twist& V_B);
-  void fill_rows(const Pose& X_BT);
+  void set_elements(std::span<const std::int32_t> elements);
+  void fill_found();
+  void fill_springs(const Pose& X_BT);
   void add_bends(ElementDetail detail, Mat6& K) const;
   bool evaluate(const RelativeMotion& motion, ElementDetail detail, ContactResult& result, Twist& V_B);
 };
@@ -94,37 +114,42 @@ bool PolygonalContact::Impl::boxes_apart(const Pose& X_TB) const {
   return false;
 }
 
-void PolygonalContact::Impl::fill_rows(const Pose& X_BT) {
-  const auto hits = search.elements();
+/// Centroids and areas are fixed in the Base: they stay in the rows as long as the elements are the same.
+void PolygonalContact::Impl::set_elements(std::span<const std::int32_t> elements) {
   using R = ElementRows;
-  // Centroids and areas are fixed in the Base: they stay in the rows as long as the same elements are hit.
-  if (!std::equal(hits.begin(), hits.end(), filled.begin(), filled.end())) {
-    filled.assign(hits.begin(), hits.end());
-    rows.resize(hits.size());
-    double *px = rows[R::kPx], *py = rows[R::kPy], *pz = rows[R::kPz], *area = rows[R::kArea];
-    for (std::size_t i = 0; i < hits.size(); ++i) {
-      const auto e = static_cast<std::size_t>(hits[i]);
-      px[i] = base.px[e], py[i] = base.py[e], pz[i] = base.pz[e], area[i] = base.area_m2[e];
-    }
+  if (std::equal(elements.begin(), elements.end(), filled.begin(), filled.end())) return;
+  filled.assign(elements.begin(), elements.end());
+  rows.resize(elements.size());
+  double *px = rows[R::kPx], *py = rows[R::kPy], *pz = rows[R::kPz], *area = rows[R::kArea];
+  for (std::size_t i = 0; i < elements.size(); ++i) {
+    const auto e = static_cast<std::size_t>(elements[i]);
+    px[i] = base.px[e], py[i] = base.py[e], pz[i] = base.pz[e], area[i] = base.area_m2[e];
   }
+}
+
+void PolygonalContact::Impl::fill_found() {
+  using R = ElementRows;
   double *nx = rows[R::kNx], *ny = rows[R::kNy], *nz = rows[R::kNz];
-  for (std::size_t i = 0; i < hits.size(); ++i) {
+  for (std::size_t i = 0; i < filled.size(); ++i) {
     const Vec3& m = search.normal_B(i);
     nx[i] = -m.x(), ny[i] = -m.y(), nz[i] = -m.z();
   }
-  const double *px = rows[R::kPx], *py = rows[R::kPy], *pz = rows[R::kPz];
   std::copy(search.depths_m().begin(), search.depths_m().end(), rows[R::kDepth]);
-  if (law.friction_law == FrictionLaw::stick) {
-    double *x = rows[R::kXx], *y = rows[R::kXy], *z = rows[R::kXz];
-    auto spring = springs.begin();
-    for (std::size_t i = 0; i < hits.size(); ++i) {
-      const std::int32_t element = hits[i];
-      while (spring != springs.end() && spring->element < element) ++spring;
-      x[i] = y[i] = z[i] = 0.0;
-      if (spring == springs.end() || spring->element != element) continue;
-      const Vec3 anchor_B = X_BT * spring->anchor_T;
-      x[i] = px[i] - anchor_B.x(), y[i] = py[i] - anchor_B.y(), z[i] = pz[i] - anchor_B.z();
-    }
+}
+
+void PolygonalContact::Impl::fill_springs(const Pose& X_BT) {
+  using R = ElementRows;
+  if (law.friction_law != FrictionLaw::stick) return;
+  const double *px = rows[R::kPx], *py = rows[R::kPy], *pz = rows[R::kPz];
+  double *x = rows[R::kXx], *y = rows[R::kXy], *z = rows[R::kXz];
+  auto spring = springs.begin();
+  for (std::size_t i = 0; i < filled.size(); ++i) {
+    const std::int32_t element = filled[i];
+    while (spring != springs.end() && spring->element < element) ++spring;
+    x[i] = y[i] = z[i] = 0.0;
+    if (spring == springs.end() || spring->element != element) continue;
+    const Vec3 anchor_B = X_BT * spring->anchor_T;
+    x[i] = px[i] - anchor_B.x(), y[i] = py[i] - anchor_B.y(), z[i] = pz[i] - anchor_B.z();
   }
 }
 
@@ -148,16 +173,33 @@ void PolygonalContact::Impl::add_bends(ElementDetail detail, Mat6& K) const {
   }
 }
 
-/// Number of elements that penetrate; their rows are filled.
+bool PolygonalContact::Impl::held_covers(const Pose& X_TB, double next_s, double share) const {
+  if (!holds) return false;
+  double at_s = 0.0;
+  const double beside_m = held.beside_m(X_TB, base.box.center_B, base.radius_m, at_s);
+  return beside_m <= share * held.margin_m && at_s + next_s <= held.horizon_s;
+}
+
+/// Number of elements that penetrate or are held; their rows are filled.
 std::size_t PolygonalContact::Impl::find_elements(const RelativeMotion& motion, Twist& V_B) {
-  if (boxes_apart(motion.X_TB)) return 0;
   const Pose X_BT = motion.X_TB.inverse();
-  counts.rebuilds += search.find(motion.X_TB, X_BT) ? 1 : 0;
-  if (search.elements().empty()) return 0;
-  fill_rows(X_BT);
+  rows_held = held_covers(motion.X_TB, 0.0, 1.0);
+  if (rows_held) {
+    if (patch.size() == 0) return 0;
+    set_elements(patch.elements());
+    patch.fill(motion.X_TB, X_BT, rows);
+  } else {
+    if (boxes_apart(motion.X_TB)) return 0;
+    ++counts.searches;
+    counts.rebuilds += search.find(motion.X_TB, X_BT) ? 1 : 0;
+    if (search.elements().empty()) return 0;
+    set_elements(search.elements());
+    fill_found();
+  }
+  fill_springs(X_BT);
   V_B.v = X_BT.R * motion.V_TB_T.v;
   V_B.w = X_BT.R * motion.V_TB_T.w;
-  return search.elements().size();
+  return filled.size();
 }
 
 bool PolygonalContact::Impl::evaluate(const RelativeMotion& motion, ElementDetail detail,
@@ -209,7 +251,7 @@ void PolygonalContact::evaluate(const RelativeMotion& motion, Linearisation line
     return;
   }
   element_jacobian(impl_->law, V_B, detail, impl_->rows, jacobian.K, jacobian.D);
-  impl_->add_bends(detail, jacobian.K);
+  if (!impl_->rows_held) impl_->add_bends(detail, jacobian.K);
   move_to_target(motion.X_TB, jacobian.K);
   move_to_target(motion.X_TB, jacobian.D);
 }
@@ -222,7 +264,7 @@ bool PolygonalContact::accept(const RelativeMotion& motion) {
   if (m.find_elements(motion, V_B) > 0) {
     element_forces(m.law, V_B, ElementDetail::forces, m.rows);
     using R = ElementRows;
-    const auto hits = m.search.elements();
+    const std::vector<std::int32_t>& hits = m.filled;
     auto spring = m.springs.begin();
     for (std::size_t i = 0; i < hits.size(); ++i) {
       const double normal_force = m.rows[R::kForce][i];
@@ -233,7 +275,7 @@ bool PolygonalContact::accept(const RelativeMotion& motion) {
       while (spring != m.springs.end() && spring->element < element) ++spring;
       ContactSpring kept{element, x_T};
       if (spring != m.springs.end() && spring->element == element) {
-        const Vec3 n_T = motion.X_TB.R * m.search.normal_B(i);
+        const Vec3 n_T = -(motion.X_TB.R * Vec3(m.rows[R::kNx][i], m.rows[R::kNy][i], m.rows[R::kNz][i]));
         const Vec3 stretch = x_T - spring->anchor_T;
         const double tangential = (stretch - stretch.dot(n_T) * n_T).norm();
         const double force = m.law.tangential_stiffness_Pa_per_m * m.rows[R::kArea][i] * tangential;
@@ -249,7 +291,47 @@ bool PolygonalContact::accept(const RelativeMotion& motion) {
   return !m.springs.empty();
 }
 
+bool PolygonalContact::can_hold() const {
+  return !impl_->target.octree.empty();
+}
+
+void PolygonalContact::Impl::start_holding(const RelativeMotion& motion) {
+  held_from = motion;
+  held.X_TB = motion.X_TB;
+  held.w_T = motion.V_TB_T.w;
+  held.v_T = motion.V_TB_T.at(motion.X_TB.R * base.box.center_B);
+  const double speed = held.v_T.norm() + held.w_T.norm() * base.radius_m;
+  held.horizon_s = std::min(kLongestHeld_s, kHeldFaces * target.face_size_m() / speed);
+  held.margin_m = kLeastMargin_m + 0.5 * kUnforeseen_m_per_s2 * held.horizon_s * held.horizon_s;
+  // A motion that is not finite is searched at each pose.
+  holds = std::isfinite(speed);
+  if (!holds) return;
+  ++counts.searches;
+  search.find(held, patch);
+}
+
+bool PolygonalContact::hold(const RelativeMotion& motion, double next_s) {
+  // What is beside by more than half of the margin may leave it within the next step.
+  constexpr double kShare = 0.5;
+  if (!can_hold() || impl_->held_covers(motion.X_TB, next_s, kShare)) return false;
+  impl_->start_holding(motion);
+  return true;
+}
+
+void PolygonalContact::hold_from(const RelativeMotion& motion) {
+  if (can_hold()) impl_->start_holding(motion);
+}
+
+const RelativeMotion* PolygonalContact::held_from() const {
+  return impl_->holds ? &impl_->held_from : nullptr;
+}
+
+void PolygonalContact::release() {
+  impl_->holds = false;
+}
+
 void PolygonalContact::reset() {
+  impl_->holds = false;
   impl_->springs.clear();
   impl_->search.forget();
 }
@@ -271,7 +353,7 @@ std::vector<ElementPressure> PolygonalContact::pressures(const RelativeMotion& m
   Twist V_B;
   if (impl_->find_elements(motion, V_B) == 0) return result;
   element_forces(impl_->law, V_B, ElementDetail::forces, impl_->rows);
-  const auto hits = impl_->search.elements();
+  const std::vector<std::int32_t>& hits = impl_->filled;
   using R = ElementRows;
   for (std::size_t i = 0; i < hits.size(); ++i) {
     if (!(impl_->rows[R::kForce][i] > 0.0)) continue;

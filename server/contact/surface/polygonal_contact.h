@@ -8,8 +8,11 @@
 // damping, the wrench of a pair is minus the gradient of one energy of the relative pose, sum (K/b) A u^2 /
 // 2, for any meshes (docs/decisions.md). u is continuous for any motion.
 //
-// B is the frame of the Base, T that of the Target. Results are functions of pose, twist and stick anchors
-// alone: caches between calls (candidate lists, valid while a motion bound holds) change no bit. An object
+// Between hold() and release() the elements near contact, and the faces that they pass over, are those of one
+// search for a piece of the motion (HeldPatch); further away they are searched as without.
+//
+// B is the frame of the Base, T that of the Target. Results are functions of pose, twist, stick anchors and
+// what is held alone: caches between calls (candidate lists, valid while a motion bound holds) change no bit. An object
 // must be used by one thread at a time. After warm-up it does not allocate.
 #include <cstdint>
 #include <memory>
@@ -30,6 +33,9 @@ struct RelativeMotion {
 };
 /// From the motions of base and target in the world.
 RelativeMotion relative_motion(const Pose& X_WB, const Twist& V_WB, const Pose& X_WT, const Twist& V_WT);
+
+/// Bit for bit, including the sign of a zero: reuse must not change a result.
+bool same_bits(const RelativeMotion& a, const RelativeMotion& b);
 
 struct ContactResult {
   Wrench F_B_T;          ///< on the Base about the origin of T, axes of T; the Target gets the negative
@@ -58,6 +64,7 @@ struct ElementPressure {
 struct ContactCounts {
   std::uint64_t evaluations = 0;
   std::uint64_t rebuilds = 0;  ///< of the candidate lists
+  std::uint64_t searches = 0;  ///< for elements in or near contact
   std::uint64_t elements = 0;  ///< with force, over all evaluations
 };
 
@@ -72,6 +79,16 @@ class PolygonalContact {
   void evaluate(const RelativeMotion& motion, ContactResult& result);
   void evaluate(const RelativeMotion& motion, Linearisation linearisation, ContactResult& result,
                 ContactJacobian& jacobian);
+
+  /// True if the Target is curved, so that a search costs far more than an evaluation: hold() has an effect.
+  bool can_hold() const;
+  /// Discrete, at an accepted point: holds the patch of the straight motion from here on, unless what is held
+  /// covers the next `next_s` of it. True if it is another patch now.
+  bool hold(const RelativeMotion& motion, double next_s);
+  /// The motion of which the patch is held, for snapshots, and its counterpart; null: none is held.
+  const RelativeMotion* held_from() const;
+  void hold_from(const RelativeMotion& motion);
+  void release();
 
   /// Discrete, at an accepted point, stick law only: springs stretched beyond the slip limit relax to it,
   /// elements without contact lose theirs, new ones begin unstretched. True if any spring is stored.

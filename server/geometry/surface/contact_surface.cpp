@@ -264,6 +264,18 @@ bool ContactSurface::Data::inside(const ContactFace& face, const ClosestOnFace& 
   return (x - closest.q).dot(vertex_normal[face.vertex[closest.number]]) < 0.0;
 }
 
+NearestFace ContactSurface::Data::nearest_face(const Vec3& x, const FaceOctree::Leaf& leaf) const {
+  if (!FaceOctree::has_list(leaf)) return nearest_face(x);
+  NearestFace nearest;
+  const double from_center_m = octree.from_center_m(leaf, x);
+  double limit_m = INFINITY;
+  for (const FaceOctree::Near& near : octree.faces(leaf)) {
+    if (static_cast<double>(near.at_least_m) - from_center_m > limit_m) break;
+    if (take_nearer(near.face, x, nearest)) limit_m = kFurther * std::sqrt(nearest.closest.squared_m2);
+  }
+  return nearest;
+}
+
 NearestFace ContactSurface::Data::nearest_face(const Vec3& x) const {
   NearestFace nearest;
   face_tree.visit_near(x, nearest.closest.squared_m2,

@@ -2,6 +2,7 @@
 // The prepared data of ContactSurface, for the Polygonal Contact Model alone. All in the frame of the body.
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <vector>
@@ -96,6 +97,8 @@ struct ContactSurface::Data {
   /// Most faces are flats of their own, and there are many: regions and candidate lists hold for short ways
   /// only.
   bool curved() const { return patches.size() > 64 && 4 * patches.size() > faces.size(); }
+  /// Mean edge of a square with the area of a face (m).
+  double face_size_m() const { return std::sqrt(surface_area_m2 / static_cast<double>(faces.size())); }
   std::size_t element_count() const { return area_m2.size(); }
   Vec3 point(std::size_t element) const { return {px[element], py[element], pz[element]}; }
   Vec3 normal(std::size_t element) const { return {nx[element], ny[element], nz[element]}; }
@@ -141,6 +144,8 @@ struct ContactSurface::Data {
   }
   /// Walks the hierarchy of all faces. No face for an x that is not finite.
   NearestFace nearest_face(const Vec3& x) const;
+  /// The same face for an x of this leaf of the octree, from the faces that the leaf lists, if it does.
+  NearestFace nearest_face(const Vec3& x, const FaceOctree::Leaf& leaf) const;
   /// Distance of x to the surface (m), negative inside. Walks the hierarchy of all faces.
   double signed_distance_m(const Vec3& x) const;
   /// Whether x, whose closest point on the surface is `closest` of this face, is inside.

@@ -113,6 +113,8 @@ class FaceOctree::Builder {
     if (!inside && distance_m > r) {
       if (!small && distance_m < kKnown * r) return divide_cell(cell, next);
       leaf.kind = Kind::outside;
+      put_plane_below(cell, edge_m, leaf);
+      if (distance_m - r < kBand * face_m && found_.size() <= kLong) list_faces(leaf);
       return finish(cell, leaf);
     }
     const std::int32_t first = patch(found_.front().face);
@@ -129,13 +131,42 @@ class FaceOctree::Builder {
       return finish(cell, leaf);
     }
     leaf.kind = Kind::faces;
+    put_plane_below(cell, edge_m, leaf);
+    list_faces(leaf);
+    finish(cell, leaf);
+  }
+
+  void put_plane_below(const Cell& cell, double edge_m, Leaf& leaf) const {
+    if (found_.size() > kLong) return;
+    const auto plane = [&](const Candidate& c) -> const ContactPatch& {
+      return surface_.patches[static_cast<std::size_t>(patch(c.face))];
+    };
+    Vec3 sum = Vec3::Zero();
+    for (const Candidate& c : found_) sum += plane(c).normal;
+    for (Eigen::Index k = 0; k < 3; ++k)
+      leaf.normal[static_cast<std::size_t>(k)] = static_cast<float>(sum[k] / sum.norm());
+    const Vec3 normal(leaf.normal[0], leaf.normal[1], leaf.normal[2]);
+    if (!normal.allFinite()) {
+      leaf.normal = {};
+      return;
+    }
+    double offset_m = -INFINITY;
+    for (std::uint32_t corner = 0; corner < 8; ++corner) {
+      const Vec3 x = tree_.lower_ + edge_m * Vec3(cell.at[0] + (corner & 1U), cell.at[1] + (corner >> 1U & 1U),
+                                                  cell.at[2] + (corner >> 2U & 1U));
+      for (const Candidate& c : found_)
+        offset_m = std::max(offset_m, normal.dot(x) - (plane(c).normal.dot(x) - plane(c).offset_m));
+    }
+    leaf.offset_m = -rounded_down(-(offset_m + kSlack_m));
+  }
+
+  void list_faces(Leaf& leaf) {
     std::sort(found_.begin(), found_.end(), [](const Candidate& a, const Candidate& b) {
       return a.distance_m != b.distance_m ? a.distance_m < b.distance_m : a.face < b.face;
     });
     leaf.begin = static_cast<std::uint32_t>(tree_.near_.size());
     for (const Candidate& c : found_) tree_.near_.push_back({c.face, rounded_down(c.distance_m - kSlack_m)});
     leaf.end = static_cast<std::uint32_t>(tree_.near_.size());
-    finish(cell, leaf);
   }
 
   void finish(const Cell& cell, const Leaf& leaf) {

@@ -3,10 +3,15 @@
 // to a point in it, and bounds the distance of its points from the surface. One descent and a few faces give
 // the distance of a point, for any pose and at a bounded cost.
 //
+// A point is no closer to the surface than it is high above the plane of the face that is closest to it; so each
+// leaf has one plane below those of all faces that may be closest, within the leaf.
+//
 // A face may be closest to a point of a cell with the centre c and half the diagonal r only if its distance
 // from c is at most that of the closest face plus 2 r.
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -17,7 +22,7 @@ namespace takt {
 class FaceOctree {
  public:
   enum class Kind : std::uint8_t {
-    outside,  ///< no point is inside of the surface
+    outside,  ///< no point is inside of the surface; near it, the faces that may be closest are listed
     patch,    ///< the closest point of each point is on one flat patch, and not on its border
     faces,    ///< the faces that may be closest are listed
     many,     ///< as before, but too many to list
@@ -32,6 +37,9 @@ class FaceOctree {
     float at_least_m = 0.0F;  ///< lower bound of the signed distance of the centre
     std::int32_t patch = -1;  ///< of Kind::patch
     std::uint32_t begin = 0, end = 0;
+    /// No point of the leaf has a smaller signed distance than its height above this plane.
+    std::array<float, 3> normal{};
+    float offset_m = std::numeric_limits<float>::infinity();
   };
 
   FaceOctree() = default;
@@ -49,6 +57,7 @@ class FaceOctree {
     std::array<std::uint32_t, 3> cell;
     return locate(x, cell) ? &leaf(cell) : nullptr;
   }
+  static bool has_list(const Leaf& leaf) { return leaf.begin < leaf.end; }
   /// In the order of their lower bounds.
   std::span<const Near> faces(const Leaf& leaf) const {
     return {near_.data() + leaf.begin, near_.data() + leaf.end};
@@ -63,6 +72,12 @@ class FaceOctree {
       sum += beside * beside;
     }
     return std::sqrt(sum) * edge_m;
+  }
+  /// Lower bound of the signed distance of x, a point of the leaf, from the surface (m).
+  double at_least_m(const Leaf& leaf, const Vec3& x) const {
+    const double height = static_cast<double>(leaf.normal[0]) * x.x() + static_cast<double>(leaf.normal[1]) * x.y() +
+                          static_cast<double>(leaf.normal[2]) * x.z() - static_cast<double>(leaf.offset_m);
+    return std::max(height, static_cast<double>(leaf.at_least_m) - from_center_m(leaf, x));
   }
   /// Lower bound of the signed distance of x from the surface (m); minus infinity of an empty tree.
   double at_least_m(const Vec3& x) const;

@@ -147,7 +147,7 @@ bool ImplicitIntegrator::advance_stiff_pairs(OdeSystem& system, double t, double
   after_ = system.next_time_event(t - one_time(t));
   if (after_ > t + one_time(t)) after_ = -kInfinity;
   const std::uint64_t switches = statistics_.mode_switches;
-  if (!coupled_->begin(system, now, x)) {
+  if (!coupled_->begin(system, now, size, x)) {
     failure_ = kNotFinite;
     return false;
   }
@@ -170,7 +170,7 @@ bool ImplicitIntegrator::advance_stiff_pairs(OdeSystem& system, double t, double
     const bool forced = size <= least || attempts_left == 1;
     size = std::max(size, least);
     if (attempts_left == 1 || size > stop - now - one_time(stop)) size = stop - now;
-    if (!begun && !coupled_->begin(system, now, x)) {
+    if (!begun && !coupled_->begin(system, now, size, x)) {
       failure_ = kNotFinite;
       return false;
     }
@@ -206,7 +206,7 @@ void ImplicitIntegrator::forget() {
 
 bool ImplicitIntegrator::advance_coupled(OdeSystem& system, double t, double h, std::span<double> x) {
   steps_left_ = 0;
-  if (!coupled_->begin(system, t, x)) {
+  if (!coupled_->begin(system, t, h, x)) {
     failure_ = kNotFinite;
     return false;
   }

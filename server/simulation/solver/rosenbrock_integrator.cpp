@@ -108,7 +108,7 @@ double RosenbrockIntegrator::mode_ends_at(OdeSystem& system, double t_end) {
 bool RosenbrockIntegrator::find_step(OdeSystem& system, double t, double& h, bool& mode_ends,
                                      std::span<double> x) {
   trial_.limit_times(after_, before_);
-  if (!trial_.begin(system, t, x)) {
+  if (!trial_.begin(system, t, h, x)) {
     failure_ = "the derivatives are not finite at t = " + std::to_string(t) + " s";
     return false;
   }

@@ -43,7 +43,8 @@ double RosenbrockStep::clamped(double t) const {
   return std::clamp(t, after_, before_);
 }
 
-bool RosenbrockStep::begin(OdeSystem& system, double t, std::span<const double> x) {
+bool RosenbrockStep::begin(OdeSystem& system, double t, double h, std::span<const double> x) {
+  system.hold_contacts(clamped(t), x, h);
   system.derivatives(clamped(t), x, f0_);
   ++statistics_.evaluations;
   if (!finite(system, f0_)) return false;

@@ -28,7 +28,7 @@ class RosenbrockStep {
   double clamped(double t) const;
 
   /// f and its time derivative at the start (t, x) of the trials. False: f is not finite.
-  bool begin(OdeSystem& system, double t, std::span<const double> x);
+  bool begin(OdeSystem& system, double t, double h, std::span<const double> x);
   /// A at (t, x), the point of the last begin().
   void linearise(OdeSystem& system, double t, std::span<const double> x);
   /// Trials from the point of the last begin(); the result is new_x().
