@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <optional>
 #include <stdexcept>
 
 #include "server/contact/surface/contact_elements.h"
@@ -55,7 +57,7 @@ struct PolygonalContact::Impl {
   const ContactSurface::Data& base;
   const ContactSurface::Data& target;
   ContactLaw law;
-  ContactSearch search;
+  std::optional<ContactSearch> search;  ///< at the first pose at which the bounds meet
   ElementRows rows;
   std::vector<std::int32_t> filled;  ///< elements in the rows
   std::vector<ContactSpring> springs, next_springs;
@@ -66,13 +68,13 @@ struct PolygonalContact::Impl {
         target_surface(std::move(t)),
         base(base_surface->data()),
         target(target_surface->data()),
-        law(l),
-        search(base, target) {
+        law(l) {
     // The law hardens well before the middle of a wall, beyond which the closest surface is the far side.
     for (const ContactSurface::Data* side : {&base, &target})
       if (side->wall_m > 0.0) law.linear_depth_m = std::min(law.linear_depth_m, kLinearShare * side->wall_m);
   }
 
+  ContactSearch& begin_search() { return search ? *search : search.emplace(base, target); }
   bool boxes_apart(const Pose& X_TB) const;
   std::size_t find_elements(const RelativeMotion& motion, Twist& V_B);
   void fill_rows(const Pose& X_BT);
@@ -95,7 +97,8 @@ bool PolygonalContact::Impl::boxes_apart(const Pose& X_TB) const {
 }
 
 void PolygonalContact::Impl::fill_rows(const Pose& X_BT) {
-  const auto hits = search.elements();
+  const ContactSearch& found = *search;
+  const auto hits = found.elements();
   using R = ElementRows;
   // Centroids and areas are fixed in the Base: they stay in the rows as long as the same elements are hit.
   if (!std::equal(hits.begin(), hits.end(), filled.begin(), filled.end())) {
@@ -109,11 +112,11 @@ void PolygonalContact::Impl::fill_rows(const Pose& X_BT) {
   }
   double *nx = rows[R::kNx], *ny = rows[R::kNy], *nz = rows[R::kNz];
   for (std::size_t i = 0; i < hits.size(); ++i) {
-    const Vec3& m = search.normal_B(i);
+    const Vec3& m = found.normal_B(i);
     nx[i] = -m.x(), ny[i] = -m.y(), nz[i] = -m.z();
   }
   const double *px = rows[R::kPx], *py = rows[R::kPy], *pz = rows[R::kPz];
-  std::copy(search.depths_m().begin(), search.depths_m().end(), rows[R::kDepth]);
+  std::copy(found.depths_m().begin(), found.depths_m().end(), rows[R::kDepth]);
   if (law.friction_law == FrictionLaw::stick) {
     double *x = rows[R::kXx], *y = rows[R::kXy], *z = rows[R::kXz];
     auto spring = springs.begin();
@@ -132,7 +135,7 @@ void PolygonalContact::Impl::fill_rows(const Pose& X_BT) {
 /// sideways by v: by v / u. The secant has the stiffness of the elastic part, so that it never drives.
 void PolygonalContact::Impl::add_bends(ElementDetail detail, Mat6& K) const {
   using R = ElementRows;
-  for (const ContactSearch::Bend& bend : search.bends()) {
+  for (const ContactSearch::Bend& bend : search->bends()) {
     const std::size_t i = bend.hit;
     if (!(rows[R::kForce][i] > 0.0)) continue;
     const double k = detail == ElementDetail::tangent ? rows[R::kForce][i] / rows[R::kDepth][i]
@@ -152,12 +155,12 @@ void PolygonalContact::Impl::add_bends(ElementDetail detail, Mat6& K) const {
 std::size_t PolygonalContact::Impl::find_elements(const RelativeMotion& motion, Twist& V_B) {
   if (boxes_apart(motion.X_TB)) return 0;
   const Pose X_BT = motion.X_TB.inverse();
-  counts.rebuilds += search.find(motion.X_TB, X_BT) ? 1 : 0;
-  if (search.elements().empty()) return 0;
+  counts.rebuilds += begin_search().find(motion.X_TB, X_BT) ? 1 : 0;
+  if (search->elements().empty()) return 0;
   fill_rows(X_BT);
   V_B.v = X_BT.R * motion.V_TB_T.v;
   V_B.w = X_BT.R * motion.V_TB_T.w;
-  return search.elements().size();
+  return search->elements().size();
 }
 
 bool PolygonalContact::Impl::evaluate(const RelativeMotion& motion, ElementDetail detail,
@@ -193,6 +196,17 @@ PolygonalContact::~PolygonalContact() = default;
 PolygonalContact::PolygonalContact(PolygonalContact&&) noexcept = default;
 PolygonalContact& PolygonalContact::operator=(PolygonalContact&&) noexcept = default;
 
+void PolygonalContact::rebind(const std::shared_ptr<const ContactSurface>& base,
+                              const std::shared_ptr<const ContactSurface>& target, const ContactLaw& law) {
+  check_contact_law(law);
+  std::destroy_at(impl_.get());
+  std::construct_at(impl_.get(), base, target, law);
+}
+
+bool PolygonalContact::has_search() const {
+  return impl_->search.has_value();
+}
+
 void PolygonalContact::evaluate(const RelativeMotion& motion, ContactResult& result) {
   Twist V_B;
   impl_->evaluate(motion, ElementDetail::forces, result, V_B);
@@ -222,7 +236,7 @@ bool PolygonalContact::accept(const RelativeMotion& motion) {
   if (m.find_elements(motion, V_B) > 0) {
     element_forces(m.law, V_B, ElementDetail::forces, m.rows);
     using R = ElementRows;
-    const auto hits = m.search.elements();
+    const auto hits = m.search->elements();
     auto spring = m.springs.begin();
     for (std::size_t i = 0; i < hits.size(); ++i) {
       const double normal_force = m.rows[R::kForce][i];
@@ -233,7 +247,7 @@ bool PolygonalContact::accept(const RelativeMotion& motion) {
       while (spring != m.springs.end() && spring->element < element) ++spring;
       ContactSpring kept{element, x_T};
       if (spring != m.springs.end() && spring->element == element) {
-        const Vec3 n_T = motion.X_TB.R * m.search.normal_B(i);
+        const Vec3 n_T = motion.X_TB.R * m.search->normal_B(i);
         const Vec3 stretch = x_T - spring->anchor_T;
         const double tangential = (stretch - stretch.dot(n_T) * n_T).norm();
         const double force = m.law.tangential_stiffness_Pa_per_m * m.rows[R::kArea][i] * tangential;
@@ -251,7 +265,7 @@ bool PolygonalContact::accept(const RelativeMotion& motion) {
 
 void PolygonalContact::reset() {
   impl_->springs.clear();
-  impl_->search.forget();
+  if (impl_->search) impl_->search->forget();
 }
 
 std::vector<double> PolygonalContact::save() const {
@@ -271,7 +285,7 @@ std::vector<ElementPressure> PolygonalContact::pressures(const RelativeMotion& m
   Twist V_B;
   if (impl_->find_elements(motion, V_B) == 0) return result;
   element_forces(impl_->law, V_B, ElementDetail::forces, impl_->rows);
-  const auto hits = impl_->search.elements();
+  const auto hits = impl_->search->elements();
   using R = ElementRows;
   for (std::size_t i = 0; i < hits.size(); ++i) {
     if (!(impl_->rows[R::kForce][i] > 0.0)) continue;
@@ -285,7 +299,7 @@ std::vector<ElementPressure> PolygonalContact::pressures(const RelativeMotion& m
 double PolygonalContact::passed_wall_m(const RelativeMotion& motion) {
   if (impl_->boxes_apart(motion.X_TB)) return 0.0;
   const Pose X_BT = motion.X_TB.inverse();
-  ContactSearch& search = impl_->search;
+  ContactSearch& search = impl_->begin_search();
   search.find(motion.X_TB, X_BT);
   const auto depths = search.depths_m();
   if (depths.empty()) return 0.0;
