@@ -21,8 +21,8 @@ ComponentPairs generate_pairs(const std::vector<Component>& components) {
   const int count = static_cast<int>(components.size());
   for (int base = 0; base < count; ++base) {
     for (int target = 0; target < count; ++target) {
-      const PairKind kind = pair_kind(components[static_cast<size_t>(base)].type,
-                                      components[static_cast<size_t>(target)].type);
+      const PairKind kind =
+          pair_kind(components[static_cast<size_t>(base)].type, components[static_cast<size_t>(target)].type);
       if (base == target || kind == PairKind::none || !base_first(components, base, target)) continue;
       pairs.add({base, target, kind});
     }

@@ -149,7 +149,8 @@ void add_pairs(const Scenario& scenario, const std::vector<ScenarioContactCompon
   const Classes classes = classes_of(scenario, cell);
   const std::size_t n = classes.count();
   std::vector<ContactPairKind> kinds(n * n);
-  std::vector<int> bases(n * n, 0);  // by the classes of two components, of which the Part or lower one is first
+  std::vector<int> bases(n * n,
+                         0);  // by the classes of two components, of which the Part or lower one is first
   const auto holds = [&cell](std::size_t a, std::size_t b) {
     return pair_kind(cell.components[a].type, cell.components[b].type) == PairKind::hold;
   };
@@ -167,7 +168,8 @@ void add_pairs(const Scenario& scenario, const std::vector<ScenarioContactCompon
   }
   ContactPairs pairs(classes.of, std::move(kinds), n);
   const auto first_carries = [&](std::size_t a, std::size_t b) {
-    const int stated = bases[static_cast<std::size_t>(classes.of[a]) * n + static_cast<std::size_t>(classes.of[b])];
+    const int stated =
+        bases[static_cast<std::size_t>(classes.of[a]) * n + static_cast<std::size_t>(classes.of[b])];
     if (stated != 0) return stated > 0;
     return first_is_base(*cell.contact.surfaces[a], static_cast<int>(a), *cell.contact.surfaces[b],
                          static_cast<int>(b));

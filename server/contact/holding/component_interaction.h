@@ -12,11 +12,11 @@
 #include <vector>
 
 #include "server/components/pair_generation.h"
-#include "server/contact/collision/broad_phase.h"
 #include "server/contact/collision/collision_world.h"
 #include "server/contact/collision/pair_queries.h"
 #include "server/contact/holding/connections.h"
 #include "server/contact/holding/partner_search.h"
+#include "server/geometry/broad_phase.h"
 
 namespace takt {
 
@@ -187,11 +187,11 @@ class ComponentInteraction {
   /// Of near pairs; of all pairs, by pair, where every step tests all of them.
   std::vector<PairVerdict> verdicts_;
   std::vector<std::uint32_t> free_verdicts_;  ///< places in verdicts_
-  PairQueries queries_;                  ///< of this step, where they are worth sharing among threads
-  bool sharing_ = false;                 ///< they are, in this step
-  std::vector<char> in_contact_;         ///< by pair: touching and the gripper, if any, holds
-  std::vector<char> held_;               ///< by pair: of a Part and the palm that holds it
-  std::vector<std::vector<int>> holds_;  ///< by component: Parts that a palm holds, ascending
+  PairQueries queries_;                       ///< of this step, where they are worth sharing among threads
+  bool sharing_ = false;                      ///< they are, in this step
+  std::vector<char> in_contact_;              ///< by pair: touching and the gripper, if any, holds
+  std::vector<char> held_;                    ///< by pair: of a Part and the palm that holds it
+  std::vector<std::vector<int>> holds_;       ///< by component: Parts that a palm holds, ascending
   ContactGraph graph_;
   Connections connections_;
 

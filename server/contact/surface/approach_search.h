@@ -1,12 +1,12 @@
 #pragma once
-// Which components may come near one in a step: a tree of their bounds with their speeds (collision/broad_phase.h).
+// Which components may come near one in a step: a tree of their bounds with their speeds (geometry/broad_phase.h).
 // Its cost follows the components that move, not the pairs that exist.
 #include <span>
 #include <vector>
 
 #include "plant_models/plant_model.h"
-#include "server/contact/collision/broad_phase.h"
 #include "server/contact/surface/contact_model.h"
+#include "server/geometry/broad_phase.h"
 
 namespace takt {
 

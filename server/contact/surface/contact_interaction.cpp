@@ -98,7 +98,8 @@ void ContactInteraction::set_asleep(const std::vector<char>& asleep) {
 
 void ContactInteraction::take_contacts() {
   for (Near& pair : near_)
-    if (!pair.still && pair.contact == nullptr) pair.contact = &pool_.take(pair.number, pair.base, pair.target);
+    if (!pair.still && pair.contact == nullptr)
+      pair.contact = &pool_.take(pair.number, pair.base, pair.target);
   list_contacts();
 }
 

@@ -162,7 +162,7 @@ class ContactInteraction {
   std::uint64_t boxes_apart_ = 0;
   ApproachSearch approach_;
   ContactPool pool_;
-  std::vector<Near> near_;             ///< acting pairs that may meet, ascending; those asleep as of falling asleep
+  std::vector<Near> near_;  ///< acting pairs that may meet, ascending; those asleep as of falling asleep
   std::vector<Near> found_, next_;     ///< while they are found
   std::vector<PairContact*> moving_;   ///< near pairs with a side that can move, ascending
   std::vector<PairContact*> present_;  ///< all near pairs with a contact, ascending

@@ -43,7 +43,8 @@ class ContactPairs {
  public:
   ContactPairs() = default;
   /// `class_of`: by component. `kinds`: by class and class, in either order the same.
-  ContactPairs(std::vector<std::int32_t> class_of, std::vector<ContactPairKind> kinds, std::size_t class_count)
+  ContactPairs(std::vector<std::int32_t> class_of, std::vector<ContactPairKind> kinds,
+               std::size_t class_count)
       : class_of_(std::move(class_of)), kinds_(std::move(kinds)), class_count_(class_count) {}
   /// In ascending order.
   void add(int base, int target) { table_.add(base, target); }
@@ -52,7 +53,9 @@ class ContactPairs {
   std::size_t size() const { return table_.size(); }
   bool empty() const { return size() == 0; }
   const ContactPairKind& kind(int a, int b) const {
-    const auto class_of = [this](int c) { return static_cast<std::size_t>(class_of_[static_cast<std::size_t>(c)]); };
+    const auto class_of = [this](int c) {
+      return static_cast<std::size_t>(class_of_[static_cast<std::size_t>(c)]);
+    };
     return kinds_[class_of(a) * class_count_ + class_of(b)];
   }
   ContactPairModel operator[](std::size_t pair) const {

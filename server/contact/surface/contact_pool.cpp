@@ -71,7 +71,8 @@ void ContactPool::give_back(PairContact& pair) {
   // Springs are state; buffers are not.
   auto oldest = kept_.end();
   for (auto i = kept_.begin(); i != kept_.end(); ++i)
-    if ((*i)->contact.springs().empty() && (oldest == kept_.end() || (*i)->given_back < (*oldest)->given_back))
+    if ((*i)->contact.springs().empty() &&
+        (oldest == kept_.end() || (*i)->given_back < (*oldest)->given_back))
       oldest = i;
   if (oldest == kept_.end()) return;
   PairContact& dropped = **oldest;

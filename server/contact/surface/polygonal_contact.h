@@ -69,10 +69,10 @@ class PolygonalContact {
   PolygonalContact(PolygonalContact&&) noexcept;
   PolygonalContact& operator=(PolygonalContact&&) noexcept;
 
-  /// As if made anew, for another pair, without allocation.
+  /// Becomes the new contact of another pair, without allocation.
   void rebind(const std::shared_ptr<const ContactSurface>& base,
               const std::shared_ptr<const ContactSurface>& target, const ContactLaw& law);
-  /// Whether the bounds of the two have ever met. Before, an object is small and its evaluation allocates nothing.
+  /// Whether the bounds of the two have ever met. Until then an object is small, and no evaluation allocates.
   bool has_search() const;
 
   void evaluate(const RelativeMotion& motion, ContactResult& result);

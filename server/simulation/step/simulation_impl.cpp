@@ -103,10 +103,14 @@ void Simulation::Impl::choose_forces() {
     mechanism->choose_stiffness([this](int component) { return component_level(component) == 3; },
                                 interaction);
   if (!model->contact.enabled) return;
-  std::vector<int> levels;
-  for (std::size_t c = 0; c < model->components.size(); ++c)
-    levels.push_back(
-        model->components[c].type == ComponentType::ground ? 3 : component_level(static_cast<int>(c)));
+  std::vector<int> levels(model->components.size(), 1);
+  for (std::size_t p = 0; p < process_levels.size(); ++p)
+    for (const int member : model->description.processes[p].components) {
+      int& level = levels[static_cast<std::size_t>(member)];
+      level = std::max(level, process_levels[p]);
+    }
+  for (std::size_t c = 0; c < levels.size(); ++c)
+    if (model->components[c].type == ComponentType::ground) levels[c] = 3;
   const auto acts = [&](int a, int b) {
     return levels[static_cast<std::size_t>(a)] == 3 && levels[static_cast<std::size_t>(b)] == 3 &&
            model->contact.pairs.kind(a, b).force != PairForce::substitute && !interaction.attached(a, b);

@@ -39,7 +39,8 @@ void ThresholdSleeping::wake_all() {
   std::fill(asleep_.begin(), asleep_.end(), 0);
   sleeping_ = 0;
   contacts_.set_asleep(asleep_);
-  for (std::size_t i = 0; i < may_sleep_.size(); ++i) may_sleep_[i] = contacts_.acts_on(exact_.parts()[i]) ? 1 : 0;
+  for (std::size_t i = 0; i < may_sleep_.size(); ++i)
+    may_sleep_[i] = contacts_.acts_on(exact_.parts()[i]) ? 1 : 0;
 }
 
 void ThresholdSleeping::save(StateWriter& out) const {

@@ -1,4 +1,4 @@
-#include "server/contact/collision/broad_phase.h"
+#include "server/geometry/broad_phase.h"
 
 #include <algorithm>
 #include <numeric>
@@ -143,7 +143,8 @@ void BroadPhase::insert(std::int32_t component) {
   const std::int32_t above = node(at).parent;
   const std::int32_t parent = free_.back();
   free_.pop_back();
-  node(parent) = {united(node(at).box, box), above, at, component, larger(node(at).speed, node(component).speed)};
+  node(parent) = {united(node(at).box, box), above, at, component,
+                  larger(node(at).speed, node(component).speed)};
   node(at).parent = node(component).parent = parent;
   if (above < 0)
     root_ = parent;
