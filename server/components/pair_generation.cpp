@@ -1,8 +1,6 @@
 #include "server/components/pair_generation.h"
 
-#include <algorithm>
 #include <tuple>
-#include <utility>
 
 namespace takt {
 
@@ -14,22 +12,22 @@ auto base_key(const std::vector<Component>& components, int id) {
 }
 }  // namespace
 
-std::vector<ComponentPair> generate_pairs(const std::vector<Component>& components) {
-  std::vector<ComponentPair> pairs;
+bool base_first(const std::vector<Component>& components, int a, int b) {
+  return base_key(components, a) < base_key(components, b);
+}
+
+ComponentPairs generate_pairs(const std::vector<Component>& components) {
+  ComponentPairs pairs;
   const int count = static_cast<int>(components.size());
-  for (int i = 0; i < count; ++i) {
-    for (int j = i + 1; j < count; ++j) {
+  for (int base = 0; base < count; ++base) {
+    for (int target = 0; target < count; ++target) {
       const PairKind kind =
-          pair_kind(components[static_cast<size_t>(i)].type, components[static_cast<size_t>(j)].type);
-      if (kind == PairKind::none) continue;
-      ComponentPair pair{i, j, kind};
-      if (base_key(components, j) < base_key(components, i)) std::swap(pair.base, pair.target);
-      pairs.push_back(pair);
+          pair_kind(components[static_cast<size_t>(base)].type, components[static_cast<size_t>(target)].type);
+      if (base == target || kind == PairKind::none || !base_first(components, base, target)) continue;
+      pairs.add({base, target, kind});
     }
   }
-  std::sort(pairs.begin(), pairs.end(), [](const ComponentPair& a, const ComponentPair& b) {
-    return std::tie(a.base, a.target) < std::tie(b.base, b.target);
-  });
+  pairs.shrink_to_fit();
   return pairs;
 }
 

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "server/components/component.h"
+#include "server/components/pair_table.h"
 
 namespace takt {
 
@@ -31,8 +32,36 @@ struct ComponentPair {
   PairKind kind = PairKind::none;
 };
 
-/// All pairs that can interact, ordered by (base, target). In a hold pair the Part is the Base; of two Parts
+/// The pairs that can interact, ordered by base, then target.
+class ComponentPairs {
+ public:
+  /// In ascending order. All pairs of a base are of the same kind: a Part's hold, a Gripper's report.
+  void add(const ComponentPair& pair) {
+    table_.add(pair.base, pair.target);
+    kinds_.resize(static_cast<std::size_t>(pair.base) + 1, pair.kind);
+    kinds_.back() = pair.kind;
+  }
+  void shrink_to_fit() { table_.shrink_to_fit(); }
+  std::size_t size() const { return table_.size(); }
+  ComponentPair operator[](std::size_t pair) const {
+    const int base = table_.base(pair);
+    return {base, table_.target(pair), kinds_[static_cast<std::size_t>(base)]};
+  }
+  PairIterator<ComponentPairs> begin() const { return {*this, 0}; }
+  PairIterator<ComponentPairs> end() const { return {*this, size()}; }
+  const PairTable& table() const { return table_; }
+  PairKind kind_of_base(int base) const { return kinds_[static_cast<std::size_t>(base)]; }
+
+ private:
+  PairTable table_;
+  std::vector<PairKind> kinds_;  ///< by base
+};
+
+/// Whether the first of two components that can interact is the Base.
+bool base_first(const std::vector<Component>& components, int a, int b);
+
+/// All pairs that can interact. In a hold pair the Part is the Base; of two Parts
 /// the one with the lower hierarchy, then the lower id. In a report pair the Gripper is the Base.
-std::vector<ComponentPair> generate_pairs(const std::vector<Component>& components);
+ComponentPairs generate_pairs(const std::vector<Component>& components);
 
 }  // namespace takt

@@ -80,10 +80,7 @@ bool is_checked(const CellModel& cell, const CheckedBody& a, const CheckedBody& 
     return std::abs(moving_joint(cell, a) - moving_joint(cell, b)) > 1;
   }
   if (a.component >= 0 && b.component >= 0 && !a.is_part && !b.is_part) {
-    return std::any_of(cell.pairs.begin(), cell.pairs.end(), [&](const ComponentPair& pair) {
-      return pair.kind == PairKind::report &&
-             std::minmax(pair.base, pair.target) == std::minmax(a.component, b.component);
-    });
+    return cell.pairs.table().find_either(a.component, b.component) != PairTable::kNone;
   }
   return true;
 }

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <map>
 #include <stdexcept>
 
 #include "idl/common/glob.h"
@@ -54,23 +55,19 @@ double element_edge_m(const Scenario& scenario, const ScenarioContactComponent& 
   return scenario.contact.element_edge_m.value_or(default_element_edge_m(mesh));
 }
 
-/// Base and Target of two components: from a pair entry, else from the components' entries, else by rule.
-bool base_is_first(const Scenario& scenario, const CellModel& cell, std::size_t a, std::size_t b,
-                   const ScenarioContactComponent& of_a, const ScenarioContactComponent& of_b) {
-  const std::string& name_a = cell.components[a].name;
-  const std::string& name_b = cell.components[b].name;
+/// 1: of two components the first is the Base, from a pair entry or from the components' entries; -1: the second;
+/// 0: the rule decides.
+int stated_base(const Scenario& scenario, const std::string& name_a, const std::string& name_b,
+                const ScenarioContactComponent& of_a, const ScenarioContactComponent& of_b) {
   int said = 0;
   for (const ScenarioContactPair& rule : scenario.contact.pairs) {
     if (rule.base.empty() || !glob_match(rule.pair, name_a, name_b)) continue;
     said = glob_match(rule.base, name_a) ? 1 : -1;
   }
-  if (said != 0) return said > 0;
-  if (of_a.role != of_b.role) {
-    if (of_a.role == ContactRole::base || of_b.role == ContactRole::target) return true;
-    if (of_a.role == ContactRole::target || of_b.role == ContactRole::base) return false;
-  }
-  return first_is_base(*cell.contact.surfaces[a], static_cast<int>(a), *cell.contact.surfaces[b],
-                       static_cast<int>(b));
+  if (said != 0 || of_a.role == of_b.role) return said;
+  if (of_a.role == ContactRole::base || of_b.role == ContactRole::target) return 1;
+  if (of_a.role == ContactRole::target || of_b.role == ContactRole::base) return -1;
+  return 0;
 }
 
 /// The stated values of a pair: component `a`, a Part, and `b`.
@@ -86,6 +83,107 @@ StatedContact stated_of_pair(const Scenario& scenario, const CellModel& cell, st
   // In a regularised grip the load creeps, and joints that hold it chatter.
   if (grip && !stated.value(&ContactParameters::friction_law)) stated.state(FrictionLaw::stick);
   return stated;
+}
+
+/// What the scenario says of a pair.
+ContactPairKind kind_of_pair(const Scenario& scenario, const CellModel& cell, std::size_t a, std::size_t b,
+                             const ScenarioContactComponent& of_a, const ScenarioContactComponent& of_b) {
+  const std::string& name_a = cell.components[a].name;
+  const std::string& name_b = cell.components[b].name;
+  ContactPairKind kind;
+  for (const ScenarioContactPair& rule : scenario.contact.pairs) {
+    if (!glob_match(rule.pair, name_a, name_b)) continue;
+    if (rule.force) kind.force = *rule.force;
+    if (rule.friction_at_degC.empty()) continue;
+    if (!has_temperature(scenario, name_a) && !has_temperature(scenario, name_b))
+      throw ScenarioError(rule.place + ": found friction_at_degC for " + name_a + " and " + name_b +
+                          "; allowed: only where one of them is a part with `heat`");
+    kind.friction_at_K = rule.friction_at_degC;
+    for (auto& [temperature, friction] : kind.friction_at_K) temperature += kZeroCelsius_K;
+  }
+  kind.law = contact_law(stated_of_pair(scenario, cell, a, b, of_a, of_b).parameters());
+  return kind;
+}
+
+/// Components of one class are named by the same entries: the scenario says the same of them.
+struct Classes {
+  std::vector<std::int32_t> of;     ///< by component
+  std::vector<std::size_t> first;   ///< by class: its first component
+  std::vector<std::size_t> second;  ///< and its second one, or the first
+
+  std::size_t count() const { return first.size(); }
+};
+
+Classes classes_of(const Scenario& scenario, const CellModel& cell) {
+  Classes classes;
+  std::map<std::vector<bool>, std::int32_t> known;
+  const bool heat_counts =
+      std::any_of(scenario.contact.pairs.begin(), scenario.contact.pairs.end(),
+                  [](const ScenarioContactPair& rule) { return !rule.friction_at_degC.empty(); });
+  for (std::size_t c = 0; c < cell.components.size(); ++c) {
+    const std::string& name = cell.components[c].name;
+    std::vector<bool> said{cell.components[c].type == ComponentType::part,
+                           cell.components[c].type == ComponentType::gripper,
+                           heat_counts && has_temperature(scenario, name)};
+    for (const ScenarioContactComponent& entry : scenario.contact.components)
+      said.push_back(glob_match(entry.name, name));
+    for (const ScenarioContactPair& rule : scenario.contact.pairs) {
+      for (const std::string& pattern : rule.pair) said.push_back(glob_match(pattern, name));
+      said.push_back(glob_match(rule.base, name));
+    }
+    const auto [found, is_new] = known.emplace(std::move(said), static_cast<std::int32_t>(known.size()));
+    classes.of.push_back(found->second);
+    if (is_new) {
+      classes.first.push_back(c);
+      classes.second.push_back(c);
+    } else if (std::size_t& second = classes.second[static_cast<std::size_t>(found->second)];
+               second == classes.first[static_cast<std::size_t>(found->second)]) {
+      second = c;
+    }
+  }
+  return classes;
+}
+
+/// The pairs that may hold each other, with the Base that the scenario or the rule gives them.
+void add_pairs(const Scenario& scenario, const std::vector<ScenarioContactComponent>& said, CellModel& cell) {
+  const Classes classes = classes_of(scenario, cell);
+  const std::size_t n = classes.count();
+  std::vector<ContactPairKind> kinds(n * n);
+  std::vector<int> bases(n * n,
+                         0);  // by the classes of two components, of which the Part or lower one is first
+  const auto holds = [&cell](std::size_t a, std::size_t b) {
+    return pair_kind(cell.components[a].type, cell.components[b].type) == PairKind::hold;
+  };
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t k = 0; k < n; ++k) {
+      const std::size_t x = classes.first[i], y = i == k ? classes.second[k] : classes.first[k];
+      if (x == y || !holds(x, y)) continue;
+      bases[i * n + k] =
+          stated_base(scenario, cell.components[x].name, cell.components[y].name, said[x], said[y]);
+      if (k < i) continue;
+      const bool in_order = base_first(cell.components, static_cast<int>(x), static_cast<int>(y));
+      const std::size_t a = in_order ? x : y, b = in_order ? y : x;
+      kinds[i * n + k] = kinds[k * n + i] = kind_of_pair(scenario, cell, a, b, said[a], said[b]);
+    }
+  }
+  ContactPairs pairs(classes.of, std::move(kinds), n);
+  const auto first_carries = [&](std::size_t a, std::size_t b) {
+    const int stated =
+        bases[static_cast<std::size_t>(classes.of[a]) * n + static_cast<std::size_t>(classes.of[b])];
+    if (stated != 0) return stated > 0;
+    return first_is_base(*cell.contact.surfaces[a], static_cast<int>(a), *cell.contact.surfaces[b],
+                         static_cast<int>(b));
+  };
+  for (std::size_t base = 0; base < cell.components.size(); ++base) {
+    for (std::size_t target = 0; target < cell.components.size(); ++target) {
+      if (base == target || !holds(base, target)) continue;
+      const bool in_order = base_first(cell.components, static_cast<int>(base), static_cast<int>(target));
+      if (in_order ? first_carries(base, target) : !first_carries(target, base))
+        pairs.add(static_cast<int>(base), static_cast<int>(target));
+    }
+  }
+  pairs.shrink_to_fit();
+  cell.contact.pairs = std::move(pairs);
 }
 
 }  // namespace
@@ -132,33 +230,7 @@ void add_contact(const Scenario& scenario, const std::vector<TriangleMesh>& mesh
                           cell.description.components[c].mesh_uri + "): contact: " + error.what());
     }
   }
-  for (const ComponentPair& pair : cell.pairs) {
-    if (pair.kind != PairKind::hold) continue;
-    const auto a = static_cast<std::size_t>(pair.base), b = static_cast<std::size_t>(pair.target);
-    const std::string& name_a = cell.components[a].name;
-    const std::string& name_b = cell.components[b].name;
-    const StatedContact stated = stated_of_pair(scenario, cell, a, b, said[a], said[b]);
-    ContactPairModel model;
-    for (const ScenarioContactPair& rule : scenario.contact.pairs) {
-      if (!glob_match(rule.pair, name_a, name_b)) continue;
-      if (rule.force) model.force = *rule.force;
-      if (rule.friction_at_degC.empty()) continue;
-      if (!has_temperature(scenario, name_a) && !has_temperature(scenario, name_b))
-        throw ScenarioError(rule.place + ": found friction_at_degC for " + name_a + " and " + name_b +
-                            "; allowed: only where one of them is a part with `heat`");
-      model.friction_at_K = rule.friction_at_degC;
-      for (auto& [temperature, friction] : model.friction_at_K) temperature += kZeroCelsius_K;
-    }
-    const bool base_first = base_is_first(scenario, cell, a, b, said[a], said[b]);
-    model.base = base_first ? pair.base : pair.target;
-    model.target = base_first ? pair.target : pair.base;
-    model.law = contact_law(stated.parameters());
-    contact.pairs.push_back(model);
-  }
-  std::sort(contact.pairs.begin(), contact.pairs.end(),
-            [](const ContactPairModel& x, const ContactPairModel& y) {
-              return std::pair{x.base, x.target} < std::pair{y.base, y.target};
-            });
+  add_pairs(scenario, said, cell);
 }
 
 MeshQualityOptions mesh_quality_options(const Scenario& scenario, const std::string& component,

@@ -28,7 +28,7 @@ TEST(PairGeneration, EveryPairAppearsOnceWithTheRightBase) {
   using enum ComponentType;
   const std::vector<Component> components{component(ground), component(part, 4), component(gripper),
                                           component(part, 2), component(part, 4)};
-  const std::vector<ComponentPair> pairs = generate_pairs(components);
+  const ComponentPairs pairs = generate_pairs(components);
   // 10 pairs of 5 components, all of which can interact here.
   ASSERT_EQ(pairs.size(), 10U);
   int holds = 0;

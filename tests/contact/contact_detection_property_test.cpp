@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "server/contact/collision/broad_phase.h"
+#include "server/geometry/broad_phase.h"
 #include "tests/support/random_shapes.h"
 
 namespace takt {

@@ -24,7 +24,7 @@ BEGIN {
   may["idl/vocabulary/"] = "idl/common/ idl/vocabulary/ GENERATED"
 
   # Shapes. Files in the folder itself serve all of its rooms.
-  boxes = plant " server/geometry/aabb.h server/geometry/box_tree.h server/geometry/segment_distance.h"
+  boxes = plant " server/geometry/aabb.h server/geometry/box_tree.h server/geometry/broad_phase.h server/geometry/segment_distance.h"
   may["server/geometry/"] = boxes
   may["server/geometry/mesh/"] = boxes " server/geometry/mesh/"
   may["server/geometry/convex/"] = boxes " server/geometry/mesh/ server/geometry/convex/"

@@ -1,15 +1,20 @@
 // Time per step of a cell with N Parts on tables, of which grippers carry two, with and without skipping
 // Parts at rest; then of cells in which all Parts move, with one thread and with two. Exit code 1 if runs
-// that must agree differ in a bit. Argument: resting or threads for one of the two alone.
+// that must agree differ in a bit. At last the cost and memory of N Parts that sleep in surface contact, with the slopes of
+// their growth. Argument: resting, threads or contact for one of the three alone.
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
+#include <ctime>
 #include <string>
 #include <vector>
 
 #include "server/runtime/loop/worker_pool.h"
 #include "tests/support/crowded_cell.h"
 #include "tests/support/moving_crowd.h"
+#include "tests/support/process_resources.h"
+#include "tests/support/pushed_crowd.h"
 
 namespace {
 
@@ -120,12 +125,59 @@ bool compare_threads() {
   return same;
 }
 
+double cpu_s() {
+  return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
+}
+
+/// Exponent of growth between two sizes.
+double slope(double from, double to, int few, int many) {
+  return std::log(to / from) / std::log(static_cast<double>(many) / few);
+}
+
+/// N Parts on tables in surface contact: the time in which they come to rest, and then computing over simulated time and
+/// memory of the simulation, while two of them are pushed among the others, which sleep.
+void measure_contact() {
+  constexpr double kSimulated_s = 2.0;
+  std::printf(
+      "\nSurface contact, N Parts on tables, two of them pushed among the others asleep for %.0f s (default "
+      "solver)\n"
+      "    N   to rest s  slope   computing/simulated  slope   memory MB  slope   near pairs  contacts  of "
+      "pairs\n",
+      kSimulated_s);
+  double rest_before = 0.0, ratio_before = 0.0, memory_before = 0.0;
+  int before = 0;
+  for (const int count : {10, 30, 100, 300, 1000, 3000}) {
+    const double memory_begin = 1e-6 * takt::test::process_resources().allocated_bytes;
+    takt::test::PushedCrowd crowd(count);
+    takt::Simulation simulation(crowd.model());
+    const auto run_until = [&](double end_s) {
+      const double begin = cpu_s();
+      while (simulation.time_s() < end_s && simulation.step(crowd.commands(simulation))) continue;
+      return cpu_s() - begin;
+    };
+    const double rest = run_until(takt::test::PushedCrowd::kBegin_s);
+    const double ratio = run_until(takt::test::PushedCrowd::kBegin_s + kSimulated_s) / kSimulated_s;
+    const double memory = 1e-6 * takt::test::process_resources().allocated_bytes - memory_begin;
+    const takt::ContactInteraction::Size size = simulation.contact_size();
+    const auto growth = [&](double from, double to) {
+      return before > 0 ? slope(from, to, before, count) : 0.0;
+    };
+    std::printf("%5d   %9.3f  %5.2f   %19.4f  %5.2f   %9.1f  %5.2f   %10zu  %8zu  %zu\n", count, rest,
+                growth(rest_before, rest), ratio, growth(ratio_before, ratio), memory,
+                growth(memory_before, memory), size.near_pairs, size.contacts,
+                simulation.model().contact.pairs.size());
+    if (!simulation.fault().empty()) std::printf("  %s\n", simulation.fault().c_str());
+    before = count, rest_before = rest, ratio_before = ratio, memory_before = memory;
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   const std::string only = argc > 1 ? argv[1] : "";
   bool same = true;
-  if (only != "threads") same = compare_skipping() && same;
-  if (only != "resting") same = compare_threads() && same;
+  if (only.empty() || only == "resting") same = compare_skipping() && same;
+  if (only.empty() || only == "threads") same = compare_threads() && same;
+  if (only.empty() || only == "contact") measure_contact();
   return same ? 0 : 1;
 }

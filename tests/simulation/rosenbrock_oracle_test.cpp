@@ -204,7 +204,7 @@ double order_on_arm(const std::string& name, double h) {
     for (std::size_t i = 0; i < 6; ++i) q[i] += 0.1, qd[i] = 0.5;
     cell.reference.set_point(0.0, 0.256, q.data(), qd.data());
     std::vector<Component> components(3);
-    std::vector<ComponentPair> pairs;
+    ComponentPairs pairs;
     const ComponentInteraction interaction(components, pairs, {});
     OdeSystem system({cell.robot.get()}, interaction, 3, 1);
     std::vector<double> x(static_cast<std::size_t>(system.state_count()));

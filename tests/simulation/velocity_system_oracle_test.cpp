@@ -201,7 +201,7 @@ TEST(VelocitySystem, OtherModelsAreSeparateBlocks) {
 double error_at_rest(DynamicRobot& robot, std::size_t bodies, double h,
                      const std::function<void(std::vector<double>&)>& change = {}) {
   std::vector<Component> components(bodies);
-  std::vector<ComponentPair> pairs;
+  ComponentPairs pairs;
   const ComponentInteraction interaction(components, pairs, {});
   OdeSystem system({&robot}, interaction, bodies, 1);
   std::vector<double> x(size_of(system));

@@ -40,7 +40,7 @@ class LooseSystem {
 
  private:
   std::vector<Component> components_;
-  std::vector<ComponentPair> pairs_;
+  ComponentPairs pairs_;
   ComponentInteraction interaction_;
   OdeSystem system_;
 };

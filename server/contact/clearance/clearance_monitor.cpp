@@ -98,14 +98,12 @@ void ClearanceMonitor::load(StateReader& in) {
   }
 }
 
-void ClearanceMonitor::set_by_contact(std::span<const std::pair<int, int>> components) {
-  std::set<std::pair<int, int>> acting;
-  for (const auto& [a, b] : components) acting.insert(std::minmax(a, b));
+void ClearanceMonitor::set_by_contact(const PairPredicate& acts) {
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
     const CheckedBody& a = model_.bodies[static_cast<std::size_t>(model_.pairs[i].a)];
     const CheckedBody& b = model_.bodies[static_cast<std::size_t>(model_.pairs[i].b)];
-    by_contact_[i] =
-        (a.is_part || b.is_part) && acting.count(std::minmax(a.component, b.component)) != 0 ? 1 : 0;
+    const bool may_press = (a.is_part || b.is_part) && a.component >= 0 && b.component >= 0;
+    by_contact_[i] = may_press && acts(a.component, b.component) ? 1 : 0;
   }
   changed_ = true;
 }

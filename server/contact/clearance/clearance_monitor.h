@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "plant_models/plant_model.h"
+#include "server/components/pair_table.h"
 #include "server/contact/clearance/clearance_model.h"
 #include "server/contact/holding/component_interaction.h"
 
@@ -46,7 +47,7 @@ class ClearanceMonitor {
   /// Sets the pairs of components that act by surface contact from the next update on. Such pairs with a Part
   /// may press on each other: for a Gripper and a Part there are no events, for a Part and a Part or Ground
   /// there are events for depths beyond the elastic layer.
-  void set_by_contact(std::span<const std::pair<int, int>> components);
+  void set_by_contact(const PairPredicate& acts);
 
   /// Updates events() for an instant. `moved`: components that may have moved since the last call; `changes`:
   /// Parts with a change of partner after it. Does not allocate.

@@ -25,10 +25,10 @@ void PairQueries::clear() {
   expected_calls_ = 0;
 }
 
-void PairQueries::add(std::size_t pair, const ComponentPair& ends, std::uint64_t expected_calls) {
+void PairQueries::add(const Item& pair, std::uint64_t expected_calls) {
   const auto index = static_cast<std::int32_t>(items_.size());
-  items_.push_back({static_cast<std::uint32_t>(pair), -1});
-  Lane& lane = lanes_[CollisionWorld::hint_lane(ends.base)];
+  items_.push_back(pair);
+  Lane& lane = lanes_[CollisionWorld::hint_lane(pair.base)];
   if (lane.first < 0)
     lane.first = index;
   else
@@ -37,14 +37,13 @@ void PairQueries::add(std::size_t pair, const ComponentPair& ends, std::uint64_t
   expected_calls_ += 1 + expected_calls;
 }
 
-void PairQueries::run(CollisionWorld& world, const std::vector<ComponentPair>& pairs,
-                      std::vector<PairVerdict>& verdicts, DetectionCounts& counts) {
+void PairQueries::run(CollisionWorld& world, std::vector<PairVerdict>& verdicts, DetectionCounts& counts) {
   if (!enough(expected_calls_)) {
     for (const Item& item : items_)
-      query_verdict(world, pairs[item.pair].base, pairs[item.pair].target, verdicts[item.pair], counts);
+      query_verdict(world, item.base, item.target, verdicts[item.verdict], counts);
     return;
   }
-  Job job{*this, world, pairs, verdicts};
+  Job job{*this, world, verdicts};
   executor_->run(kLanes, &run_lane, &job);
   for (const Lane& lane : lanes_) counts += lane.counts;
 }
@@ -55,8 +54,7 @@ void PairQueries::run_lane(std::size_t lane, void* context) {
   DetectionCounts counts;
   for (std::int32_t i = mine.first; i >= 0;) {
     const Item& item = job.queries.items_[static_cast<std::size_t>(i)];
-    const ComponentPair& ends = job.pairs[item.pair];
-    query_verdict(job.world, ends.base, ends.target, job.verdicts[item.pair], counts);
+    query_verdict(job.world, item.base, item.target, job.verdicts[item.verdict], counts);
     i = item.next;
   }
   mine.counts = counts;

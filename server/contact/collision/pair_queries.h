@@ -8,7 +8,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "server/components/pair_generation.h"
 #include "server/contact/collision/collision_world.h"
 #include "server/contact/executor.h"
 
@@ -20,7 +19,8 @@ class PairQueries {
   /// a call answered from a hint some 50 ns.
   static constexpr std::uint64_t kLeastCalls = 512;
 
-  explicit PairQueries(std::size_t most_pairs) { items_.reserve(most_pairs); }
+  /// Room for this many pairs in a step; beyond it add() allocates.
+  void reserve(std::size_t pairs) { items_.reserve(pairs); }
   /// nullptr: the calling thread does all work.
   void set_executor(Executor* executor, std::uint64_t least_calls);
 
@@ -28,15 +28,15 @@ class PairQueries {
   /// their verdicts. False: the step is too small to share. In both cases end() follows.
   bool begin(std::uint64_t expected_calls);
   void end();
-  /// Each pair at most once. `expected_calls`: those of its last test. Does not allocate.
-  void add(std::size_t pair, const ComponentPair& ends, std::uint64_t expected_calls);
-  void run(CollisionWorld& world, const std::vector<ComponentPair>& pairs, std::vector<PairVerdict>& verdicts,
-           DetectionCounts& counts);
-
   struct Item {
-    std::uint32_t pair;
-    std::int32_t next;  ///< of the same lane, or -1
+    std::uint32_t pair, verdict;  ///< the pair's number, and the place of its verdict
+    std::int32_t base, target;
+    std::int32_t next = -1;  ///< of the same lane, or -1
   };
+  /// Each pair at most once. `expected_calls`: those of its last test.
+  void add(const Item& pair, std::uint64_t expected_calls);
+  void run(CollisionWorld& world, std::vector<PairVerdict>& verdicts, DetectionCounts& counts);
+
   const std::vector<Item>& items() const { return items_; }  ///< in the order they were added
 
  private:
@@ -48,7 +48,6 @@ class PairQueries {
   struct Job {
     PairQueries& queries;
     CollisionWorld& world;
-    const std::vector<ComponentPair>& pairs;
     std::vector<PairVerdict>& verdicts;
   };
   static void run_lane(std::size_t lane, void* job);

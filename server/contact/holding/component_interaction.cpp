@@ -11,6 +11,8 @@ namespace takt {
 namespace {
 // Bodies whose approach in a step is below this are at relative rest.
 constexpr double kRested_m = 1e-7;
+/// More than can lie around a Part.
+constexpr std::size_t kNeighbours = 64;
 
 /// Of the convex shapes of two components that touch: the pair that overlaps deepest. Does not allocate.
 ConvexDistance deepest(const CollisionWorld& world, int a, int b) {
@@ -30,12 +32,11 @@ ConvexDistance deepest(const CollisionWorld& world, int a, int b) {
 }  // namespace
 
 ComponentInteraction::ComponentInteraction(const std::vector<Component>& components,
-                                           const std::vector<ComponentPair>& pairs,
+                                           const ComponentPairs& pairs,
                                            const InteractionParameters& parameters)
     : components_(components),
       parameters_(parameters),
       collision_world_(components, parameters.contact_margin_m, parameters.exact_sleeping),
-      queries_(pairs.size()),
       holds_(components.size()),
       graph_(components.size()),
       connections_(components, pairs.size(), parameters),
@@ -44,22 +45,34 @@ ComponentInteraction::ComponentInteraction(const std::vector<Component>& compone
       broad_phase_(components.size()),
       near_(components.size()),
       reached_(components.size(), 0) {
-  for (const ComponentPair& pair : pairs) {
-    const GripperRole role = components[static_cast<std::size_t>(pair.target)].role;
-    if (pair.kind == PairKind::hold && role != GripperRole::left_jaw && role != GripperRole::right_jaw) {
-      pairs_.push_back(pair);
+  for (int base = 0; base < pairs.table().base_count(); ++base) {
+    if (pairs.kind_of_base(base) != PairKind::hold) continue;
+    for (std::size_t i = pairs.table().begin_of(base); i < pairs.table().end_of(base); ++i) {
+      const int target = pairs.table().target(i);
+      const GripperRole role = components[static_cast<std::size_t>(target)].role;
+      if (role != GripperRole::left_jaw && role != GripperRole::right_jaw) pairs_.add(base, target);
     }
   }
-  verdicts_.resize(pairs_.size());
+  pairs_.shrink_to_fit();
+  const std::size_t near_pairs = std::min(pairs_.size(), kNeighbours * components.size());
+  queries_.reserve(parameters.exact_sleeping ? near_pairs : pairs_.size());
+  if (!parameters.exact_sleeping) {
+    verdicts_.resize(pairs_.size());
+  } else {
+    verdicts_.reserve(near_pairs);
+    free_verdicts_.reserve(near_pairs);
+  }
   in_contact_.resize(pairs_.size(), 0);
   by_contact_.resize(pairs_.size(), 0);
   held_.resize(pairs_.size(), 0);
   for (std::size_t i = 0; i < components.size(); ++i) {
     graph_.vertices[i] = {components[i].type, components[i].hierarchy};
-    graph_.neighbours[i].reserve(components.size());
     // A step does not allocate: room for all on a Ground, and for more than can lie around a Part.
-    near_[i].reserve(components[i].type == ComponentType::part ? std::min<std::size_t>(components.size(), 64)
-                                                               : components.size());
+    const std::size_t room = components[i].type == ComponentType::part
+                                 ? std::min(components.size(), kNeighbours)
+                                 : components.size();
+    graph_.neighbours[i].reserve(room);
+    near_[i].reserve(room);
     if (components[i].type == ComponentType::part) parts_.push_back(static_cast<int>(i));
     if (components[i].role == GripperRole::palm) {
       // The grasp volume: a box whose bounds follow the jaws.
@@ -72,12 +85,15 @@ ComponentInteraction::ComponentInteraction(const std::vector<Component>& compone
   shown_graph_ = graph_;
   shown_changes_.reserve(components.size());
   for (auto* list : {&work_, &found_, &toggled_, &changed_parts_}) list->reserve(2 * components.size());
-  touched_.reserve(std::min(pairs_.size(), 64 * components.size()));
+  touched_.reserve(near_pairs);
   pushed_out_.reserve(components.size());
 }
 
 void ComponentInteraction::reset() {
-  std::fill(verdicts_.begin(), verdicts_.end(), PairVerdict{});
+  if (parameters_.exact_sleeping)
+    verdicts_.clear(), free_verdicts_.clear();
+  else
+    std::fill(verdicts_.begin(), verdicts_.end(), PairVerdict{});
   std::fill(in_contact_.begin(), in_contact_.end(), 0);
   std::fill(held_.begin(), held_.end(), 0);
   for (std::vector<int>& held : holds_) held.clear();
@@ -99,14 +115,13 @@ void ComponentInteraction::reset() {
   stage_times_ = {};
 }
 
-void ComponentInteraction::set_by_contact(const std::vector<std::pair<int, int>>& pairs) {
-  std::fill(by_contact_.begin(), by_contact_.end(), 0);
+void ComponentInteraction::set_by_contact(const PairPredicate& acts) {
   any_by_contact_ = false;
-  for (const auto& [a, b] : pairs) {
-    const int pair = find_pair(a, b);
-    if (pair < 0) continue;  // a jaw: its gripper's palm stands for it
-    by_contact_[static_cast<std::size_t>(pair)] = 1;
-    any_by_contact_ = true;
+  for (int base = 0; base < pairs_.base_count(); ++base) {
+    for (std::size_t i = pairs_.begin_of(base); i < pairs_.end_of(base); ++i) {
+      by_contact_[i] = acts(base, pairs_.target(i)) ? 1 : 0;
+      any_by_contact_ = any_by_contact_ || by_contact_[i] != 0;
+    }
   }
   rebuild_graphs();
   for (const int part : parts_) {
@@ -116,7 +131,7 @@ void ComponentInteraction::set_by_contact(const std::vector<std::pair<int, int>>
 }
 
 bool ComponentInteraction::active(std::size_t pair) const {
-  const auto target = static_cast<std::size_t>(pairs_[pair].target);
+  const auto target = static_cast<std::size_t>(pairs_.target(pair));
   return components_[target].type != ComponentType::gripper || held_[pair] != 0;
 }
 
@@ -185,8 +200,8 @@ void ComponentInteraction::detect(Clock clock) {
   else
     detect_all();
   if (sharing_) {
-    queries_.run(collision_world_, pairs_, verdicts_, counts_);
-    for (const PairQueries::Item& item : queries_.items()) finish_check(item.pair);
+    queries_.run(collision_world_, verdicts_, counts_);
+    for (const PairQueries::Item& item : queries_.items()) finish_check(item);
   }
   queries_.end();
   if (parameters_.exact_sleeping) counts_.mpr_skipped += known_calls_ - retested_calls_;
@@ -196,25 +211,31 @@ void ComponentInteraction::detect(Clock clock) {
 }
 
 void ComponentInteraction::detect_all() {
-  for (std::size_t i = 0; i < pairs_.size(); ++i) {
-    verdicts_[i].version_base = 0;  // as if it had moved
-    check(i);
+  for (int base = 0; base < pairs_.base_count(); ++base) {
+    for (std::size_t i = pairs_.begin_of(base); i < pairs_.end_of(base); ++i) {
+      verdicts_[i].version_base = 0;  // as if it had moved
+      const auto place = static_cast<std::uint32_t>(i);
+      check({place, place, base, pairs_.target(i)});
+    }
   }
 }
 
 void ComponentInteraction::detect_moved() {
   if (!begun_) {
     begin_near();
-    for (std::size_t i = 0; i < pairs_.size(); ++i)  // stored before load()
-      if (in_contact_[i] != 0 && !broad_phase_.near(pairs_[i].base, pairs_[i].target)) set_contact(i, false);
+    for (std::size_t i = 0; i < pairs_.size(); ++i) {  // stored before load()
+      if (in_contact_[i] == 0) continue;
+      const int base = pairs_.base(i), target = pairs_.target(i);
+      if (!broad_phase_.near(base, target)) set_contact(i, base, target, false);
+    }
     for (std::size_t c = 0; c < components_.size(); ++c)
-      for (const Near& near : near_[c]) check(near.pair);
+      for (const Near& near : near_[c]) check(ends_of(static_cast<int>(c), near));
   } else {
     follow_moved();
     work_.assign(collision_world_.moved().begin(), collision_world_.moved().end());
     work_.insert(work_.end(), toggled_.begin(), toggled_.end());
     for (const int c : work_)
-      for (const Near& near : near_[static_cast<std::size_t>(c)]) check(near.pair);
+      for (const Near& near : near_[static_cast<std::size_t>(c)]) check(ends_of(c, near));
   }
 }
 
@@ -225,6 +246,7 @@ void ComponentInteraction::begin_near() {
     boxes.push_back(collision_world_.aabb(static_cast<int>(c)));
     near_[c].clear();
   }
+  verdicts_.clear(), free_verdicts_.clear();
   broad_phase_.build(boxes);
   for (std::size_t c = 0; c < components_.size(); ++c) refresh_near(static_cast<int>(c));
   begun_ = true;
@@ -249,7 +271,7 @@ std::span<const int> ComponentInteraction::parts_near_sweep(int component, const
 
 void ComponentInteraction::refresh_near(int component) {
   std::vector<Near>& mine = near_[static_cast<std::size_t>(component)];
-  const auto forget = [this](int owner, std::size_t pair) {
+  const auto forget = [this](int owner, std::uint32_t pair) {
     std::vector<Near>& list = near_[static_cast<std::size_t>(owner)];
     const auto it = std::find_if(list.begin(), list.end(), [pair](const Near& n) { return n.pair == pair; });
     *it = list.back();
@@ -260,80 +282,85 @@ void ComponentInteraction::refresh_near(int component) {
     if (broad_phase_.near(component, near.other)) continue;
     forget(near.other, near.pair);
     forget(component, near.pair);
-    known_calls_ -= verdicts_[near.pair].calls;
-    verdicts_[near.pair] = {};
-    set_contact(near.pair, false);
+    known_calls_ -= verdicts_[near.verdict].calls;
+    verdicts_[near.verdict] = {};
+    free_verdicts_.push_back(near.verdict);
+    const PairQueries::Item ends = ends_of(component, near);
+    set_contact(near.pair, ends.base, ends.target, false);
   }
   found_.clear();
   broad_phase_.find(broad_phase_.large_box(component), found_);
   for (const int other : found_) {
     const int pair = find_pair(component, other);
     if (pair < 0) continue;
-    const auto index = static_cast<std::size_t>(pair);
+    const auto index = static_cast<std::uint32_t>(pair);
     const std::vector<Near>& theirs = near_[static_cast<std::size_t>(other)];
     const std::vector<Near>& shorter = mine.size() <= theirs.size() ? mine : theirs;
     if (std::any_of(shorter.begin(), shorter.end(), [index](const Near& n) { return n.pair == index; }))
       continue;
-    mine.push_back({other, index});
-    near_[static_cast<std::size_t>(other)].push_back({component, index});
+    if (free_verdicts_.empty()) {
+      free_verdicts_.push_back(static_cast<std::uint32_t>(verdicts_.size()));
+      verdicts_.emplace_back();
+    }
+    const std::uint32_t verdict = free_verdicts_.back();
+    free_verdicts_.pop_back();
+    mine.push_back({other, index, verdict});
+    near_[static_cast<std::size_t>(other)].push_back({component, index, verdict});
   }
 }
 
-void ComponentInteraction::check(std::size_t pair) {
-  PairVerdict& verdict = verdicts_[pair];
-  const ComponentPair& ends = pairs_[pair];
+PairQueries::Item ComponentInteraction::ends_of(int component, const Near& near) const {
+  const int target = pairs_.target(near.pair);
+  return {near.pair, near.verdict, target == component ? near.other : component, target};
+}
+
+void ComponentInteraction::check(const PairQueries::Item& pair) {
+  PairVerdict& verdict = verdicts_[pair.verdict];
   const std::uint64_t before = verdict.calls;
-  if (!active(pair)) {
+  if (!active(pair.pair)) {
     known_calls_ -= before;
     verdict = {};
-    set_contact(pair, false);
+    set_contact(pair.pair, pair.base, pair.target, false);
     return;
   }
-  if (!begin_verdict(collision_world_, ends.base, ends.target, verdict, counts_)) return;
+  if (!begin_verdict(collision_world_, pair.base, pair.target, verdict, counts_)) return;
   known_calls_ -= before;
-  if (collision_world_.boxes_overlap(ends.base, ends.target)) {
+  if (collision_world_.boxes_overlap(pair.base, pair.target)) {
     if (sharing_) {
-      queries_.add(pair, ends, before);
+      queries_.add(pair, before);
       return;
     }
-    query_verdict(collision_world_, ends.base, ends.target, verdict, counts_);
+    query_verdict(collision_world_, pair.base, pair.target, verdict, counts_);
   }
   finish_check(pair);
 }
 
-void ComponentInteraction::finish_check(std::size_t pair) {
-  known_calls_ += verdicts_[pair].calls;
-  retested_calls_ += verdicts_[pair].calls;
-  set_contact(pair, verdicts_[pair].touching);
+void ComponentInteraction::finish_check(const PairQueries::Item& pair) {
+  const PairVerdict& verdict = verdicts_[pair.verdict];
+  known_calls_ += verdict.calls;
+  retested_calls_ += verdict.calls;
+  set_contact(pair.pair, pair.base, pair.target, verdict.touching);
 }
 
 int ComponentInteraction::find_pair(int a, int b) const {
-  for (const auto& [base, target] : {std::pair{a, b}, std::pair{b, a}}) {
-    const auto it = std::lower_bound(pairs_.begin(), pairs_.end(), std::pair{base, target},
-                                     [](const ComponentPair& p, const std::pair<int, int>& key) {
-                                       return std::pair{p.base, p.target} < key;
-                                     });
-    if (it != pairs_.end() && it->base == base && it->target == target)
-      return static_cast<int>(it - pairs_.begin());
-  }
-  return -1;
+  const std::size_t pair = pairs_.find_either(a, b);
+  return pair == PairTable::kNone ? -1 : static_cast<int>(pair);
 }
 
-void ComponentInteraction::set_contact(std::size_t pair, bool contact) {
+void ComponentInteraction::set_contact(std::size_t pair, int base, int target, bool contact) {
   if ((in_contact_[pair] != 0) == contact) return;
   in_contact_[pair] = contact ? 1 : 0;
-  const ComponentPair& p = pairs_[pair];
   const auto note = [&](ContactGraph& graph) {
     if (contact)
-      graph.add_contact(p.base, p.target);
-    else if (!attached(p.base, p.target))
-      graph.remove_contact(p.base, p.target);
+      graph.add_contact(base, target);
+    else if (!attached(base, target))
+      graph.remove_contact(base, target);
   };
   if (by_contact_[pair] == 0) note(graph_);
-  if (contact && by_contact_[pair] == 0 && !is_gripper(p.target)) touched_.push_back(pair);
+  if (contact && by_contact_[pair] == 0 && !is_gripper(target)) touched_.push_back(pair);
   if (any_by_contact_) note(shown_graph_);
-  mark_changed(p.base);
-  mark_changed(p.target);
+  mark_changed(base);
+  mark_changed(target);
 }
 
 void ComponentInteraction::connect(Clock clock, const CellMotion& motion) {
@@ -369,20 +396,20 @@ void ComponentInteraction::push_out(const CellMotion& motion) {
   if (parameters_.step_s > 0.0) {
     std::sort(touched_.begin(), touched_.end());
     pushed_out_.clear();
-    for (const std::size_t pair : touched_) push_out(pairs_[pair], motion);
+    for (const std::size_t pair : touched_) push_out(pairs_.base(pair), pairs_.target(pair), motion);
   }
   touched_.clear();
 }
 
 /// A pair that begins to touch in this step was apart at its start: its depth is at most the approach in the
 /// step. Deeper overlaps come from convex shapes that exceed their solid; they stay.
-void ComponentInteraction::push_out(const ComponentPair& pair, const CellMotion& motion) {
+void ComponentInteraction::push_out(int base_id, int target_id, const CellMotion& motion) {
   const bool search = parameters_.algorithm == InteractionAlgorithm::partner_search;
-  const bool base_caught = caught(pair.base), target_caught = caught(pair.target);
+  const bool base_caught = caught(base_id), target_caught = caught(target_id);
   if (search && !base_caught && !target_caught) return;
-  const BodyMotion& base = motion.bodies[static_cast<std::size_t>(pair.base)];
-  const BodyMotion& target = motion.bodies[static_cast<std::size_t>(pair.target)];
-  const ConvexDistance found = deepest(collision_world_, pair.base, pair.target);
+  const BodyMotion& base = motion.bodies[static_cast<std::size_t>(base_id)];
+  const BodyMotion& target = motion.bodies[static_cast<std::size_t>(target_id)];
+  const ConvexDistance found = deepest(collision_world_, base_id, target_id);
   if (!(found.distance < 0.0)) return;
   const auto velocity = [&](const BodyMotion& body) { return body.V_WB.at(found.point_A_W - body.X_WB.p); };
   const double approach = (velocity(base) - velocity(target)).dot(found.normal_W) * parameters_.step_s;
@@ -398,12 +425,12 @@ void ComponentInteraction::push_out(const ComponentPair& pair, const CellMotion&
     connections_.shift(part, other, left * away_W, motion);
   };
   if (!search) {
-    push(pair.base, pair.target, -found.normal_W);
-    if (!is_gripper(pair.target)) push(pair.target, pair.base, found.normal_W);
+    push(base_id, target_id, -found.normal_W);
+    if (!is_gripper(target_id)) push(target_id, base_id, found.normal_W);
   } else if (base_caught) {
-    push(pair.base, -1, -found.normal_W);
+    push(base_id, -1, -found.normal_W);
   } else {
-    push(pair.target, -1, found.normal_W);
+    push(target_id, -1, found.normal_W);
   }
 }
 

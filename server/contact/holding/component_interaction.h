@@ -12,11 +12,11 @@
 #include <vector>
 
 #include "server/components/pair_generation.h"
-#include "server/contact/collision/broad_phase.h"
 #include "server/contact/collision/collision_world.h"
 #include "server/contact/collision/pair_queries.h"
 #include "server/contact/holding/connections.h"
 #include "server/contact/holding/partner_search.h"
+#include "server/geometry/broad_phase.h"
 
 namespace takt {
 
@@ -33,7 +33,7 @@ struct GraspState {
 
 class ComponentInteraction {
  public:
-  ComponentInteraction(const std::vector<Component>& components, const std::vector<ComponentPair>& pairs,
+  ComponentInteraction(const std::vector<Component>& components, const ComponentPairs& pairs,
                        const InteractionParameters& parameters);
 
   /// Times of the sub-stages are taken with this clock (seconds) where one is set.
@@ -88,10 +88,9 @@ class ComponentInteraction {
     queries_.set_executor(executor, least_calls);
   }
 
-  /// Discrete: pairs, by base and target in either order, that act by surface contact instead of a substitute
-  /// force. Their contacts count in the search for partners, but close no connection. Connections of other
+  /// Discrete: which pairs act by surface contact instead of a substitute force. Their contacts count in the search for partners, but close no connection. Connections of other
   /// pairs stay unchanged.
-  void set_by_contact(const std::vector<std::pair<int, int>>& pairs);
+  void set_by_contact(const PairPredicate& acts);
 
   /// Opens all connections and clears all verdicts and attachments.
   void reset();
@@ -140,7 +139,6 @@ class ComponentInteraction {
     return connections_.pair_wrench(pair, motion);
   }
   InteractionAlgorithm algorithm() const { return parameters_.algorithm; }
-  bool touching(std::size_t pair) const { return verdicts_[pair].touching && active(pair); }
   /// The contacts of all components, by surface contact or by substitute force.
   const ContactGraph& graph() const { return any_by_contact_ ? shown_graph_ : graph_; }
   const DetectionCounts& counts() const { return counts_; }
@@ -153,7 +151,7 @@ class ComponentInteraction {
  private:
   struct Near {
     int other;
-    std::size_t pair;
+    std::uint32_t pair, verdict;  ///< places in pairs_ and verdicts_
   };
   bool active(std::size_t pair) const;
   bool is_gripper(int component) const {
@@ -166,14 +164,16 @@ class ComponentInteraction {
   void begin_near();
   void follow_moved();
   void refresh_near(int component);
-  void check(std::size_t pair);
-  void finish_check(std::size_t pair);
-  void set_contact(std::size_t pair, bool contact);
+  void check(const PairQueries::Item& pair);
+  void finish_check(const PairQueries::Item& pair);
+  /// A near pair with its ends; `component` is one of them.
+  PairQueries::Item ends_of(int component, const Near& near) const;
+  void set_contact(std::size_t pair, int base, int target, bool contact);
   int find_pair(int a, int b) const;
   void connect(Clock clock, const CellMotion& motion);
   void show_partners();
   void push_out(const CellMotion& motion);
-  void push_out(const ComponentPair& pair, const CellMotion& motion);
+  void push_out(int base_id, int target_id, const CellMotion& motion);
   bool caught(int part) const;
   void mark_changed(int component);
   void add_attached_edge(int part);
@@ -181,15 +181,17 @@ class ComponentInteraction {
 
   const std::vector<Component>& components_;
   InteractionParameters parameters_;
-  std::vector<ComponentPair> pairs_;  ///< holding pairs only, without jaws; ordered by base, then target
-  std::vector<int> parts_;            ///< component ids of Parts
+  PairTable pairs_;         ///< holding pairs only, without jaws
+  std::vector<int> parts_;  ///< component ids of Parts
   CollisionWorld collision_world_;
+  /// Of near pairs; of all pairs, by pair, where every step tests all of them.
   std::vector<PairVerdict> verdicts_;
-  PairQueries queries_;                  ///< of this step, where they are worth sharing among threads
-  bool sharing_ = false;                 ///< they are, in this step
-  std::vector<char> in_contact_;         ///< by pair: touching and the gripper, if any, holds
-  std::vector<char> held_;               ///< by pair: of a Part and the palm that holds it
-  std::vector<std::vector<int>> holds_;  ///< by component: Parts that a palm holds, ascending
+  std::vector<std::uint32_t> free_verdicts_;  ///< places in verdicts_
+  PairQueries queries_;                       ///< of this step, where they are worth sharing among threads
+  bool sharing_ = false;                      ///< they are, in this step
+  std::vector<char> in_contact_;              ///< by pair: touching and the gripper, if any, holds
+  std::vector<char> held_;                    ///< by pair: of a Part and the palm that holds it
+  std::vector<std::vector<int>> holds_;       ///< by component: Parts that a palm holds, ascending
   ContactGraph graph_;
   Connections connections_;
 

@@ -76,8 +76,9 @@ void ComponentInteraction::rebuild_graphs() {
   shown_graph_.clear_contacts();
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
     if (in_contact_[i] == 0) continue;
-    shown_graph_.add_contact(pairs_[i].base, pairs_[i].target);
-    if (by_contact_[i] == 0) graph_.add_contact(pairs_[i].base, pairs_[i].target);
+    const int base = pairs_.base(i), target = pairs_.target(i);
+    shown_graph_.add_contact(base, target);
+    if (by_contact_[i] == 0) graph_.add_contact(base, target);
   }
   for (const int part : parts_)
     if (attached_to(part) != -1) add_attached_edge(part);

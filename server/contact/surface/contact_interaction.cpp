@@ -2,31 +2,12 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <string>
+#include <utility>
 
 #include "plant_models/state_bytes.h"
 
 namespace takt {
-
-struct ContactInteraction::Pair {
-  const ContactPairModel* model;
-  PolygonalContact contact;
-  // The last call, which is not repeated with the same input.
-  RelativeMotion at;
-  bool known = false;
-  bool uncounted = false;  ///< evaluated for a report, not for a solver
-  bool deep = false;       ///< an evaluation since passing() found it beyond `deep_m`
-  double deep_m;
-  ContactResult result;
-  std::uint64_t made = 0, skipped = 0, apart = 0;
-
-  Pair(const ContactPairModel& pair, const ContactModel& cell)
-      : model(&pair),
-        contact(cell.surfaces[static_cast<std::size_t>(pair.base)],
-                cell.surfaces[static_cast<std::size_t>(pair.target)], pair.law),
-        deep_m(0.25 * cell.surfaces[static_cast<std::size_t>(pair.target)]->wall_m()) {}
-
-  void note_depth() { deep = deep || result.largest_penetration_m > deep_m; }
-};
 
 namespace {
 // Wrench about the target's origin in its axes, into the world, about the same point.
@@ -43,187 +24,220 @@ ContactInteraction::ContactInteraction(const std::vector<Component>& components,
     : components_(components),
       model_(model),
       acting_(model.pairs.size(), 0),
+      degree_(components.size(), 0),
       asleep_(components.size(), 0),
-      radius_m_(components.size(), 0.0),
-      still_(model.pairs.size(), 0),
-      is_near_(model.pairs.size(), 0) {
-  pairs_.reserve(model.pairs.size());
-  for (const ContactPairModel& pair : model.pairs) pairs_.emplace_back(pair, model);
-  near_.reserve(pairs_.size());
-  moving_.reserve(pairs_.size());
-  for (std::size_t c = 0; c < std::min(components.size(), model.surfaces.size()); ++c) {
-    if (model.surfaces[c] == nullptr) continue;
-    const Aabb& box = model.surfaces[c]->bounds_B();
-    radius_m_[c] = box.lower.cwiseAbs().cwiseMax(box.upper.cwiseAbs()).norm();
-  }
+      approach_(components.size(), model),
+      pool_(model, components.size()) {
+  constexpr std::size_t kRoom = 256, kRoomPerComponent = 32;
+  const std::size_t room = std::min(model.pairs.size(), kRoom + kRoomPerComponent * components.size());
+  for (auto* list : {&near_, &found_, &next_}) list->reserve(room);
+  for (auto* list : {&moving_, &present_}) list->reserve(room);
+  mobile_.reserve(components.size());
 }
 
 ContactInteraction::~ContactInteraction() = default;
 
-void ContactInteraction::set_acting(const std::vector<char>& acting) {
-  acting_ = acting;
-  any_acting_ = std::any_of(acting.begin(), acting.end(), [](char a) { return a != 0; });
-  for (std::size_t i = 0; i < pairs_.size(); ++i) {
-    if (acting_[i] != 0) continue;
-    pairs_[i].contact.reset();
-    pairs_[i].known = false;
+bool ContactInteraction::acting(int a, int b) const {
+  const std::size_t pair = model_.pairs.table().find_either(a, b);
+  return pair != PairTable::kNone && acting_[pair] != 0;
+}
+
+void ContactInteraction::set_acting(const PairPredicate& acts) {
+  const PairTable& pairs = model_.pairs.table();
+  acting_count_ = 0;
+  std::fill(degree_.begin(), degree_.end(), 0);
+  for (int base = 0; base < pairs.base_count(); ++base) {
+    for (std::size_t i = pairs.begin_of(base); i < pairs.end_of(base); ++i) {
+      const bool act = acts(base, pairs.target(i));
+      acting_[i] = act ? 1 : 0;
+      if (!act) continue;
+      ++acting_count_;
+      ++degree_[static_cast<std::size_t>(base)];
+      ++degree_[static_cast<std::size_t>(pairs.target(i))];
+    }
   }
+  pool_.for_each([this](PairContact& pair) {
+    if (acting_[pair.number] == 0) pair.forget();
+  });
   wake_all();
 }
 
 void ContactInteraction::wake_all() {
+  clear_near();
   std::fill(asleep_.begin(), asleep_.end(), 0);
-  std::fill(still_.begin(), still_.end(), 0);
-  std::fill(is_near_.begin(), is_near_.end(), 0);
-  list_near();
+  set_asleep(asleep_);
+}
+
+void ContactInteraction::clear_near() {
+  for (const Near& pair : near_)
+    if (pair.contact != nullptr) pool_.give_back(*pair.contact);
+  near_.clear();
+  list_contacts();
 }
 
 void ContactInteraction::set_asleep(const std::vector<char>& asleep) {
   asleep_ = asleep;
-  const auto cannot_move = [this](int component) {
-    const auto c = static_cast<std::size_t>(component);
-    return asleep_[c] != 0 || components_[c].type == ComponentType::ground;
-  };
-  for (std::size_t i = 0; i < pairs_.size(); ++i)
-    still_[i] = cannot_move(model_.pairs[i].base) && cannot_move(model_.pairs[i].target) ? 1 : 0;
-  list_near();
+  all_moved_ = unsettled_ = true;
+  movable_known_ = false;
+  mobile_.clear();
+  for (std::size_t c = 0; c < components_.size(); ++c)
+    if (!immobile(static_cast<int>(c))) mobile_.push_back(static_cast<int>(c));
+  for (Near& pair : near_) {
+    pair.still = immobile(pair.base) && immobile(pair.target);
+    if (pair.contact != nullptr) pair.contact->still = pair.still, pair.contact->frozen = false;
+  }
+  take_contacts();
 }
 
-void ContactInteraction::list_near() {
-  near_.clear();
+void ContactInteraction::take_contacts() {
+  for (Near& pair : near_)
+    if (!pair.still && pair.contact == nullptr)
+      pair.contact = &pool_.take(pair.number, pair.base, pair.target);
+  list_contacts();
+}
+
+void ContactInteraction::list_contacts() {
   moving_.clear();
-  for (std::size_t i = 0; i < pairs_.size(); ++i) {
-    if (is_near_[i] == 0) continue;
-    near_.push_back(i);
-    if (still_[i] == 0) moving_.push_back(i);
+  present_.clear();
+  for (const Near& pair : near_) {
+    if (pair.contact == nullptr) continue;
+    present_.push_back(pair.contact);
+    if (!pair.still) moving_.push_back(pair.contact);
   }
+}
+
+/// Pairs that have come to lie still keep their contact only where they press, and it is not evaluated again.
+void ContactInteraction::settle(const CellMotion& motion) {
+  unsettled_ = false;
+  bool changed = false;
+  for (Near& pair : near_) {
+    if (!pair.still || pair.contact == nullptr) continue;
+    look_at_pair(*pair.contact, motion);
+    pair.contact->frozen = true;
+    if (pair.contact->result.elements > 0 || !pair.contact->contact.springs().empty()) continue;
+    pool_.give_back(*pair.contact);
+    pair.contact = nullptr;
+    changed = true;
+  }
+  if (changed) list_contacts();
 }
 
 void ContactInteraction::update_friction(std::span<const BodyHeat> heat) {
-  for (Pair& pair : pairs_) {
-    const std::vector<std::array<double, 2>>& table = pair.model->friction_at_K;
-    if (table.empty()) continue;
-    const double T = std::max(heat[static_cast<std::size_t>(pair.model->base)].temperature_K,
-                              heat[static_cast<std::size_t>(pair.model->target)].temperature_K);
-    std::size_t i = 1;
-    while (i < table.size() && table[i][0] < T) ++i;
-    double friction = T <= table.front()[0] ? table.front()[1] : table.back()[1];
-    if (T > table.front()[0] && i < table.size()) {
-      const auto& [from, to] = std::pair{table[i - 1], table[i]};
-      friction = from[1] + (to[1] - from[1]) * (T - from[0]) / (to[0] - from[0]);
-    }
-    if (friction == pair.contact.law().friction) continue;
-    pair.contact.set_friction(friction);
-    pair.known = false;
-  }
+  pool_.update_friction(heat);
 }
 
 void ContactInteraction::reset() {
-  for (Pair& pair : pairs_) {
-    pair.contact.reset();
-    pair.known = false;
-    pair.made = pair.skipped = pair.apart = 0;
-  }
+  pool_.for_each([](PairContact& pair) { pair.forget(); });
+  boxes_apart_ = 0;
   wake_all();
+  pool_.reset_counts();
 }
 
 void ContactInteraction::forget(int component) {
-  for (Pair& pair : pairs_) {
-    if (pair.model->base != component && pair.model->target != component) continue;
-    pair.contact.reset();
-    pair.known = false;
-  }
+  all_moved_ = true;
+  pool_.for_each([component](PairContact& pair) {
+    if (pair.base == component || pair.target == component) pair.forget();
+  });
 }
 
 void ContactInteraction::save(StateWriter& out) const {
   out.put_size(near_.size());
-  for (const std::size_t i : near_) out.put_size(i);
-  for (const Pair& pair : pairs_) {
-    const std::span<const ContactSpring> springs = pair.contact.springs();
+  for (const Near& pair : near_) out.put_size(pair.number);
+  std::vector<const PairContact*> stateful;
+  pool_.for_each([&stateful](const PairContact& pair) {
+    if (!pair.contact.springs().empty() || pair.contact.held_from() != nullptr) stateful.push_back(&pair);
+  });
+  std::sort(stateful.begin(), stateful.end(),
+            [](const PairContact* a, const PairContact* b) { return a->number < b->number; });
+  out.put_size(stateful.size());
+  for (const PairContact* pair : stateful) {
+    out.put_size(pair->number);
+    const std::span<const ContactSpring> springs = pair->contact.springs();
     out.put_size(springs.size());
     for (const ContactSpring& spring : springs)
       out.put(static_cast<double>(spring.element)), out.put(spring.anchor_T);
-    const RelativeMotion* held = pair.contact.held_from();
+    const RelativeMotion* held = pair->contact.held_from();
     out.put(held != nullptr);
     if (held != nullptr) out.put(held->X_TB), out.put(held->V_TB_T.v), out.put(held->V_TB_T.w);
   }
 }
 
 void ContactInteraction::load(StateReader& in) {
-  near_.clear();
-  const std::size_t near = in.size(pairs_.size(), "near pairs");
-  for (std::size_t i = 0; i < near; ++i) {
+  const PairTable& pairs = model_.pairs.table();
+  const auto next_pair = [&](std::size_t& last, bool first, const char* what) {
     const auto pair = in.get<std::uint64_t>();
-    if (pair >= pairs_.size() || acting_[static_cast<std::size_t>(pair)] == 0 ||
-        (!near_.empty() && near_.back() >= pair))
-      in.fail("a near pair is none that acts, or the pairs are not in order");
-    near_.push_back(static_cast<std::size_t>(pair));
+    if (pair >= pairs.size() || acting_[static_cast<std::size_t>(pair)] == 0 || (!first && last >= pair))
+      in.fail(std::string(what) + " is none that acts, or the pairs are not in order");
+    last = static_cast<std::size_t>(pair);
+  };
+  pool_.for_each([](PairContact& pair) { pair.forget(); });
+  clear_near();
+  const std::size_t near = in.size(pairs.size(), "near pairs");
+  std::size_t number = 0;
+  for (std::size_t i = 0; i < near; ++i) {
+    next_pair(number, i == 0, "a near pair");
+    near_.push_back({number, pairs.base(number), pairs.target(number), false, nullptr});
   }
-  std::fill(is_near_.begin(), is_near_.end(), 0);
-  for (const std::size_t pair : near_) is_near_[pair] = 1;
-  list_near();
+  take_contacts();
   std::vector<double> kept;
-  for (Pair& pair : pairs_) {
-    pair.contact.reset();
-    pair.known = false;
+  const std::size_t stateful = in.size(pairs.size(), "pairs with a state");
+  for (std::size_t p = 0; p < stateful; ++p) {
+    next_pair(number, p == 0, "a pair with a state");
     constexpr std::size_t kMaxSprings = 1U << 24U;
     kept.clear();
     const std::size_t springs = in.size(kMaxSprings, "contact springs");
     for (std::size_t i = 0; i < 4 * springs; ++i) kept.push_back(in.number("a contact spring"));
+    const auto here = std::lower_bound(near_.begin(), near_.end(), number,
+                                       [](const Near& a, std::size_t key) { return a.number < key; });
+    const bool is_near = here != near_.end() && here->number == number;
+    PairContact& pair =
+        is_near ? *here->contact : pool_.take(number, pairs.base(number), pairs.target(number));
     try {
       pair.contact.restore(kept);
     } catch (const std::invalid_argument& error) {
       in.fail(error.what());
     }
-    if (!in.flag("'held'")) continue;
-    RelativeMotion motion;
-    motion.X_TB = in.pose("a held pose");
-    motion.V_TB_T.v = in.vector("a held velocity");
-    motion.V_TB_T.w = in.vector("a held angular velocity");
-    pair.contact.hold_from(motion);
+    if (in.flag("'held'")) {
+      RelativeMotion motion;
+      motion.X_TB = in.pose("a held pose");
+      motion.V_TB_T.v = in.vector("a held velocity");
+      motion.V_TB_T.w = in.vector("a held angular velocity");
+      pair.contact.hold_from(motion);
+    }
+    if (!is_near) pool_.give_back(pair);
   }
 }
 
-RelativeMotion ContactInteraction::motion_of(const ContactPairModel& pair, const CellMotion& motion) const {
-  const BodyMotion& base = body(motion, pair.base);
-  const BodyMotion& target = body(motion, pair.target);
+RelativeMotion ContactInteraction::motion_of(int base_id, int target_id, const CellMotion& motion) const {
+  const BodyMotion& base = body(motion, base_id);
+  const BodyMotion& target = body(motion, target_id);
   return relative_motion(base.X_WB, base.V_WB, target.X_WB, target.V_WB);
 }
 
-bool ContactInteraction::boxes_apart(const ContactPairModel& pair, const CellMotion& motion,
-                                     double margin_m) const {
-  return gap_m(pair, motion) > margin_m;
-}
-
-double ContactInteraction::gap_m(const ContactPairModel& pair, const CellMotion& motion) const {
-  const auto world_box = [&motion](int component, const ContactSurface& surface) {
-    const Aabb& box = surface.bounds_B();
-    const Pose& X = body(motion, component).X_WB;
-    const Vec3 center = X * (0.5 * (box.lower + box.upper));
-    const Vec3 half = X.R.cwiseAbs() * (0.5 * (box.upper - box.lower));
-    return Aabb{center - half, center + half};
+double ContactInteraction::gap_m(const PairContact& pair, const CellMotion& motion) const {
+  const auto world_box = [&](int component) {
+    return ApproachSearch::world_box(*model_.surfaces[static_cast<std::size_t>(component)],
+                                     body(motion, component).X_WB);
   };
-  const Aabb a = world_box(pair.base, *model_.surfaces[static_cast<std::size_t>(pair.base)]);
-  const Aabb b = world_box(pair.target, *model_.surfaces[static_cast<std::size_t>(pair.target)]);
-  return (a.lower - b.upper).cwiseMax(b.lower - a.upper).maxCoeff();
+  return ApproachSearch::gap_m(world_box(pair.base), world_box(pair.target));
 }
 
-double ContactInteraction::speed_m_per_s(const ContactPairModel& pair, const CellMotion& motion) const {
-  const BodyMotion& base = body(motion, pair.base);
-  const BodyMotion& target = body(motion, pair.target);
+double ContactInteraction::speed_m_per_s(int base_id, int target_id, const CellMotion& motion) const {
+  const BodyMotion& base = body(motion, base_id);
+  const BodyMotion& target = body(motion, target_id);
   const Vec3 v = base.V_WB.v - target.V_WB.at(base.X_WB.p - target.X_WB.p);
-  return v.norm() + (base.V_WB.w - target.V_WB.w).norm() * radius_m(pair.base);
+  return v.norm() + (base.V_WB.w - target.V_WB.w).norm() * radius_m(base_id);
 }
 
 double ContactInteraction::seeing_step_s(const CellMotion& motion, double most_s) {
   constexpr double kDeepShare = 0.2;  // of the depth up to which the law is linear
   double step_s = most_s;
-  for (const std::size_t i : moving_) {
-    Pair& pair = pairs_[i];
-    const double speed = speed_m_per_s(*pair.model, motion);
+  for (PairContact* const moving : moving_) {
+    PairContact& pair = *moving;
+    const double speed = speed_m_per_s(pair.base, pair.target, motion);
     const double linear_m = pair.contact.law().linear_depth_m;
     if (!(speed * step_s > kDeepShare * linear_m)) continue;
-    const double gap = gap_m(*pair.model, motion);
+    const double gap = gap_m(pair, motion);
     double far_m = std::max(0.0, gap) + linear_m;
     if (gap < 0.0) {
       look_at_pair(pair, motion);
@@ -236,41 +250,116 @@ double ContactInteraction::seeing_step_s(const CellMotion& motion, double most_s
 
 ContactInteraction::Passing ContactInteraction::passing(const CellMotion& motion) {
   Passing found;
-  for (const std::size_t i : moving_) {
-    Pair& pair = pairs_[i];
+  for (PairContact* const moving : moving_) {
+    PairContact& pair = *moving;
     if (!pair.deep) continue;
     pair.deep = false;
     look_at_pair(pair, motion);
-    const double wall_m = pair.contact.passed_wall_m(motion_of(*pair.model, motion));
+    const double wall_m = pair.contact.passed_wall_m(motion_of(pair.base, pair.target, motion));
     if (!(wall_m > 0.0) || found.base >= 0) continue;
-    found = {pair.model->base, pair.model->target, wall_m, pair.result.largest_penetration_m,
-             speed_m_per_s(*pair.model, motion)};
+    found = {pair.base, pair.target, wall_m, pair.result.largest_penetration_m,
+             speed_m_per_s(pair.base, pair.target, motion)};
   }
   return found;
 }
 
 void ContactInteraction::update(const CellMotion& motion, double step_s) {
-  constexpr double kFastest_m_per_s = 10.0, kFaster = 2.0;
-  for (std::size_t i = 0; i < pairs_.size(); ++i) {
-    if (acting_[i] == 0 || still_[i] != 0) continue;
-    const double reach_m =
-        step_s * std::max(kFastest_m_per_s, kFaster * speed_m_per_s(*pairs_[i].model, motion));
-    is_near_[i] = boxes_apart(*pairs_[i].model, motion, reach_m) ? 0 : 1;
-    if (is_near_[i] == 0) ++pairs_[i].apart;
+  if (!any_acting()) return;
+  if (unsettled_) settle(motion);
+  if (all_moved_)
+    approach_.follow(motion);
+  else
+    approach_.follow(motion, mobile_);
+  all_moved_ = false;
+  find_near(motion, step_s);
+  replace_moving();
+  count_apart();
+}
+
+void ContactInteraction::find_near(const CellMotion& motion, double step_s) {
+  const PairTable& pairs = model_.pairs.table();
+  found_.clear();
+  for (const int component : mobile_) {
+    if (!acts_on(component)) continue;
+    for (const int other : approach_.find(component, motion, step_s)) {
+      // A pair of two that can move is found from either side.
+      if (other == component || (other < component && !immobile(other))) continue;
+      int base = component, target = other;
+      std::size_t number = pairs.find(base, target);
+      if (number == PairTable::kNone) {
+        std::swap(base, target);
+        number = pairs.find(base, target);
+        if (number == PairTable::kNone) continue;
+      }
+      if (acting_[number] == 0) continue;
+      const double reach_m = ApproachSearch::reach_m(step_s, speed_m_per_s(base, target, motion));
+      if (ApproachSearch::gap_m(approach_.box(base), approach_.box(target)) > reach_m) continue;
+      found_.push_back({number, base, target, false, nullptr});
+    }
   }
-  list_near();
+  std::sort(found_.begin(), found_.end(), [](const Near& a, const Near& b) { return a.number < b.number; });
+}
+
+/// Replaces the near pairs that can move by those found.
+void ContactInteraction::replace_moving() {
+  if (std::equal(found_.begin(), found_.end(), moving_.begin(), moving_.end(),
+                 [](const Near& a, const PairContact* b) { return a.number == b->number; }))
+    return;
+  next_.clear();
+  auto found = found_.begin();
+  for (const Near& pair : near_) {
+    while (found != found_.end() && found->number < pair.number) next_.push_back(*found++);
+    const bool stays = found != found_.end() && found->number == pair.number;
+    if (stays) ++found;
+    if (stays || pair.still)
+      next_.push_back(pair);
+    else
+      pool_.give_back(*pair.contact);
+  }
+  next_.insert(next_.end(), found, found_.end());
+  near_.swap(next_);
+  take_contacts();
+}
+
+void ContactInteraction::count_apart() {
+  if (!movable_known_) {
+    // By the smaller of the two: those that can move, and those that cannot.
+    std::vector<char> members(components_.size(), 0);
+    const bool few = 2 * mobile_.size() <= components_.size();
+    movable_count_ = few ? 0 : acting_count_;
+    for (std::size_t c = 0; c < components_.size(); ++c) {
+      const bool moves = !immobile(static_cast<int>(c));
+      members[c] = moves == few ? 1 : 0;
+      if (few && moves) movable_count_ += degree_[c];
+    }
+    movable_count_ -= pairs_among(members);
+    movable_known_ = true;
+  }
+  boxes_apart_ += movable_count_ - moving_.size();
+}
+
+/// Acting pairs of two of these components.
+std::size_t ContactInteraction::pairs_among(std::span<const char> components) const {
+  const PairTable& pairs = model_.pairs.table();
+  std::size_t count = 0;
+  for (int base = 0; base < pairs.base_count(); ++base) {
+    if (components[static_cast<std::size_t>(base)] == 0) continue;
+    for (std::size_t i = pairs.begin_of(base); i < pairs.end_of(base); ++i)
+      count += acting_[i] != 0 && components[static_cast<std::size_t>(pairs.target(i))] != 0 ? 1 : 0;
+  }
+  return count;
 }
 
 void ContactInteraction::accept(const CellMotion& motion) {
-  for (const std::size_t i : moving_) {
-    Pair& pair = pairs_[i];
-    if (pair.model->law.friction_law != FrictionLaw::stick) continue;
-    if (pair.contact.accept(motion_of(*pair.model, motion))) pair.known = false;
+  for (PairContact* const moving : moving_) {
+    PairContact& pair = *moving;
+    if (pair.kind->law.friction_law != FrictionLaw::stick) continue;
+    if (pair.contact.accept(motion_of(pair.base, pair.target, motion))) pair.known = false;
   }
 }
 
-void ContactInteraction::evaluate_pair(Pair& pair, const CellMotion& motion) const {
-  const RelativeMotion now = motion_of(*pair.model, motion);
+void ContactInteraction::evaluate_pair(PairContact& pair, const CellMotion& motion) const {
+  const RelativeMotion now = motion_of(pair.base, pair.target, motion);
   if (pair.known && same_bits(now, pair.at)) {
     if (pair.uncounted) {
       pair.uncounted = false;
@@ -292,23 +381,23 @@ void ContactInteraction::evaluate_pair(Pair& pair, const CellMotion& motion) con
 
 void ContactInteraction::set_holding(bool holding) {
   holding_ = holding;
-  for (Pair& pair : pairs_) {
+  pool_.for_each([](PairContact& pair) {
     pair.contact.release();
-    pair.known = false;
-  }
+    pair.known = pair.frozen = false;
+  });
 }
 
 void ContactInteraction::hold(const CellMotion& motion, double next_s) {
-  for (const std::size_t i : moving_) {
-    Pair& pair = pairs_[i];
-    if (!pair.contact.can_hold()) continue;
-    if (pair.contact.hold(motion_of(*pair.model, motion), next_s)) pair.known = false;
+  for (PairContact* const pair : moving_) {
+    if (!pair->contact.can_hold()) continue;
+    if (pair->contact.hold(motion_of(pair->base, pair->target, motion), next_s)) pair->known = false;
   }
 }
 
 // The same result, whether calls are skipped or not, and no call.
-void ContactInteraction::look_at_pair(Pair& pair, const CellMotion& motion) const {
-  const RelativeMotion now = motion_of(*pair.model, motion);
+void ContactInteraction::look_at_pair(PairContact& pair, const CellMotion& motion) const {
+  if (pair.frozen) return;
+  const RelativeMotion now = motion_of(pair.base, pair.target, motion);
   if (pair.known && same_bits(now, pair.at)) return;
   pair.contact.evaluate(now, pair.result);
   pair.at = now;
@@ -317,7 +406,7 @@ void ContactInteraction::look_at_pair(Pair& pair, const CellMotion& motion) cons
 
 void ContactInteraction::run_task(std::size_t task, void* context) {
   const Work& work = *static_cast<Work*>(context);
-  work.self->evaluate_pair(work.self->pairs_[work.self->moving_[task]], *work.motion);
+  work.self->evaluate_pair(*work.self->moving_[task], *work.motion);
 }
 
 void ContactInteraction::evaluate_all(const CellMotion& motion) {
@@ -330,38 +419,38 @@ void ContactInteraction::evaluate_all(const CellMotion& motion) {
   if (ask) executor_->end();
 }
 
-void ContactInteraction::add_wrenches(const Pair& pair, const CellMotion& motion,
+void ContactInteraction::add_wrenches(const PairContact& pair, const CellMotion& motion,
                                       std::span<Wrench> wrenches) const {
   if (pair.result.elements == 0) return;
-  const BodyMotion& base = body(motion, pair.model->base);
-  const BodyMotion& target = body(motion, pair.model->target);
+  const BodyMotion& base = body(motion, pair.base);
+  const BodyMotion& target = body(motion, pair.target);
   const Wrench F = to_world(pair.result.F_B_T, target.X_WB.R);  // about the target's origin
   const auto add = [&](int component, const BodyMotion& at, double sign) {
     const Vec3 arm = target.X_WB.p - at.p_WBcm;
     wrenches[static_cast<std::size_t>(component)] += {sign * F.f, sign * (F.t + arm.cross(F.f))};
   };
-  add(pair.model->base, base, 1.0);
-  add(pair.model->target, target, -1.0);
+  add(pair.base, base, 1.0);
+  add(pair.target, target, -1.0);
 }
 
 void ContactInteraction::evaluate_moving(const CellMotion& motion, std::span<Wrench> wrenches) {
   evaluate_all(motion);
-  for (const std::size_t i : moving_) add_wrenches(pairs_[i], motion, wrenches);
+  for (const PairContact* pair : moving_) add_wrenches(*pair, motion, wrenches);
 }
 
 void ContactInteraction::evaluate(const CellMotion& motion, std::span<Wrench> wrenches) {
   evaluate_all(motion);
-  for (const std::size_t i : near_) {
-    if (still_[i] != 0) look_at_pair(pairs_[i], motion);
-    add_wrenches(pairs_[i], motion, wrenches);
+  for (PairContact* const pair : present_) {
+    if (pair->still) look_at_pair(*pair, motion);
+    add_wrenches(*pair, motion, wrenches);
   }
 }
 
 void ContactInteraction::linearise(const CellMotion& motion, Linearisation linearisation,
                                    std::vector<PairLinearisation>& list) {
-  for (const std::size_t i : moving_) {
-    Pair& pair = pairs_[i];
-    const RelativeMotion now = motion_of(*pair.model, motion);
+  for (PairContact* const moving : moving_) {
+    PairContact& pair = *moving;
+    const RelativeMotion now = motion_of(pair.base, pair.target, motion);
     // A pair without pressure at this motion has no stiffness.
     if (pair.known && pair.result.elements == 0 && same_bits(now, pair.at)) continue;
     ContactJacobian J;
@@ -372,11 +461,11 @@ void ContactInteraction::linearise(const CellMotion& motion, Linearisation linea
     pair.known = true;
     pair.uncounted = false;
     if (pair.result.elements == 0) continue;
-    const BodyMotion& target = body(motion, pair.model->target);
+    const BodyMotion& target = body(motion, pair.target);
     const Mat3& R = target.X_WB.R;
     PairLinearisation entry;
-    entry.base = pair.model->base;
-    entry.target = pair.model->target;
+    entry.base = pair.base;
+    entry.target = pair.target;
     entry.p_W = target.X_WB.p;
     for (int r = 0; r < 2; ++r) {
       for (int c = 0; c < 2; ++c) {
@@ -390,15 +479,15 @@ void ContactInteraction::linearise(const CellMotion& motion, Linearisation linea
 
 std::size_t ContactInteraction::read(const CellMotion& motion, std::span<ContactSample> samples) {
   std::size_t count = 0;
-  for (const std::size_t i : near_) {
-    Pair& pair = pairs_[i];
+  for (PairContact* const present : present_) {
+    PairContact& pair = *present;
     look_at_pair(pair, motion);
     if (pair.result.elements == 0) continue;
     if (count++ >= samples.size()) continue;
-    const Pose& X_WT = body(motion, pair.model->target).X_WB;
+    const Pose& X_WT = body(motion, pair.target).X_WB;
     ContactSample& sample = samples[count - 1];
-    sample.base = pair.model->base;
-    sample.target = pair.model->target;
+    sample.base = pair.base;
+    sample.target = pair.target;
     sample.result = pair.result;
     sample.p_WC = X_WT * pair.result.p_TC;
     sample.F_base_W = to_world(pair.result.F_B_T, X_WT.R);
@@ -408,66 +497,65 @@ std::size_t ContactInteraction::read(const CellMotion& motion, std::span<Contact
 }
 
 void ContactInteraction::add_forces(const CellMotion& motion, std::span<Vec3> forces_W) {
-  for (const std::size_t i : near_) {
-    Pair& pair = pairs_[i];
+  for (PairContact* const present : present_) {
+    PairContact& pair = *present;
     look_at_pair(pair, motion);
     if (pair.result.elements == 0) continue;
-    const Vec3 f_W = body(motion, pair.model->target).X_WB.R * pair.result.F_B_T.f;
-    forces_W[static_cast<std::size_t>(pair.model->base)] += f_W;
-    forces_W[static_cast<std::size_t>(pair.model->target)] -= f_W;
+    const Vec3 f_W = body(motion, pair.target).X_WB.R * pair.result.F_B_T.f;
+    forces_W[static_cast<std::size_t>(pair.base)] += f_W;
+    forces_W[static_cast<std::size_t>(pair.target)] -= f_W;
   }
 }
 
 int ContactInteraction::heaviest_on(int component, const CellMotion& motion) {
   int heaviest = -1;
   double most_N = 0.0;
-  for (const std::size_t i : near_) {
-    Pair& pair = pairs_[i];
-    if (pair.model->base != component && pair.model->target != component) continue;
+  for (PairContact* const present : present_) {
+    PairContact& pair = *present;
+    if (pair.base != component && pair.target != component) continue;
     look_at_pair(pair, motion);
     if (pair.result.elements == 0 || pair.result.F_B_T.f.norm() <= most_N) continue;
     most_N = pair.result.F_B_T.f.norm();
-    heaviest = pair.model->base == component ? pair.model->target : pair.model->base;
+    heaviest = pair.base == component ? pair.target : pair.base;
   }
   return heaviest;
 }
 
 void ContactInteraction::read(const CellMotion& motion, std::vector<ContactSample>& samples) {
-  samples.resize(near_.size());
+  samples.resize(present_.size());
   samples.resize(read(motion, std::span<ContactSample>(samples)));
 }
 
 std::vector<ElementPressure> ContactInteraction::pressures(std::size_t pair, const CellMotion& motion) {
-  return pairs_[pair].contact.pressures(motion_of(*pairs_[pair].model, motion));
+  const ContactPairModel ends = model_.pairs[pair];
+  const RelativeMotion now = motion_of(ends.base, ends.target, motion);
+  for (PairContact* const present : present_)
+    if (present->number == pair) return present->contact.pressures(now);
+  const auto surface = [this](int component) { return model_.surfaces[static_cast<std::size_t>(component)]; };
+  return PolygonalContact(surface(ends.base), surface(ends.target), ends.law).pressures(now);
 }
 
 void ContactInteraction::list_pushed(const CellMotion& motion, int component, const Vec3& direction_W,
                                      std::vector<int>& others) {
   constexpr double kLeastShare = 0.5;
   others.clear();
-  for (const std::size_t i : near_) {
-    Pair& pair = pairs_[i];
-    if (pair.model->base != component && pair.model->target != component) continue;
+  for (PairContact* const present : present_) {
+    PairContact& pair = *present;
+    if (pair.base != component && pair.target != component) continue;
     evaluate_pair(pair, motion);
     if (pair.result.elements == 0) continue;
-    const bool is_base = pair.model->base == component;
-    const Vec3 on_base_W = body(motion, pair.model->target).X_WB.R * pair.result.F_B_T.f;
+    const bool is_base = pair.base == component;
+    const Vec3 on_base_W = body(motion, pair.target).X_WB.R * pair.result.F_B_T.f;
     const Vec3 on_other_W = is_base ? Vec3(-on_base_W) : on_base_W;
     if (on_other_W.dot(direction_W) <= kLeastShare * on_other_W.norm()) continue;
-    others.push_back(is_base ? pair.model->target : pair.model->base);
+    others.push_back(is_base ? pair.target : pair.base);
   }
   std::sort(others.begin(), others.end());
 }
 
 ContactCallCounts ContactInteraction::counts() const {
-  ContactCallCounts counts;
-  for (const Pair& pair : pairs_) {
-    counts.made += pair.made;
-    counts.skipped += pair.skipped;
-    counts.boxes_apart += pair.apart;
-    counts.rebuilds += pair.contact.counts().rebuilds;
-    counts.elements += pair.contact.counts().elements;
-  }
+  ContactCallCounts counts = pool_.counts();
+  counts.boxes_apart = boxes_apart_;
   return counts;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 // Surface contact between the components of a cell (level of detail 3): all pairs that may touch, their
-// wrenches and their linearisation.
+// wrenches and their linearisation. Cost and memory follow the pairs that are near, not those that exist: a broad
+// phase finds them, and a pair has a contact only while it is near and may move, or presses.
 //
 // update() and accept() are the discrete stage, called between accepted steps: they choose the near pairs and
 // store the stick springs. A solver may call evaluate() and linearise() any number of times; their results
@@ -15,22 +16,15 @@
 #include "server/components/component.h"
 #include "server/contact/executor.h"
 #include "server/contact/pair_linearisation.h"
+#include "server/contact/surface/approach_search.h"
 #include "server/contact/surface/contact_model.h"
+#include "server/contact/surface/contact_pool.h"
 #include "server/contact/surface/contact_sample.h"
-#include "server/contact/surface/polygonal_contact.h"
 
 namespace takt {
 
 class StateReader;
 class StateWriter;
-
-/// Calls of the contact algorithm since the last reset, as in Table 5.4.
-struct ContactCallCounts {
-  std::uint64_t made = 0, skipped = 0;
-  std::uint64_t boxes_apart = 0;  ///< pairs skipped because their bounds are apart
-  std::uint64_t rebuilds = 0;     ///< of candidate lists
-  std::uint64_t elements = 0;     ///< elements with force, over all calls
-};
 
 class ContactInteraction {
  public:
@@ -39,12 +33,13 @@ class ContactInteraction {
   ~ContactInteraction();
 
   std::size_t pair_count() const { return model_.pairs.size(); }
-  const ContactPairModel& pair(std::size_t i) const { return model_.pairs[i]; }
-  /// Sets the acting pairs at the present levels of detail, by pair. Pairs that become inactive lose their
-  /// springs.
-  void set_acting(const std::vector<char>& acting);
-  bool acting(std::size_t i) const { return acting_[i] != 0; }
-  bool any_acting() const { return any_acting_; }
+  /// Sets the acting pairs at the present levels of detail. Pairs that become inactive lose their springs.
+  void set_acting(const PairPredicate& acts);
+  /// Of two components in either order.
+  bool acting(int a, int b) const;
+  bool any_acting() const { return acting_count_ > 0; }
+  /// Whether a pair of this component acts.
+  bool acts_on(int component) const { return degree_[static_cast<std::size_t>(component)] > 0; }
 
   void reset();
   /// Discards the springs and caches of all pairs of this component, after it was moved.
@@ -83,14 +78,14 @@ class ContactInteraction {
   /// Discrete: sets the sleeping components, which the system leaves out. Pairs of two immobile components
   /// keep their results.
   void set_asleep(const std::vector<char>& asleep);
-  /// Acting pairs that may meet, ascending: as of update(), those asleep as of their falling asleep.
-  std::span<const std::size_t> near() const { return near_; }
+  /// Acting pairs that may meet and have a side that can move, ascending.
+  std::span<PairContact* const> moving() const { return moving_; }
   /// Whether the bounds of a pair, each grown by half of `margin_m`, meet.
-  bool bounds_meet(std::size_t pair, const CellMotion& motion, double margin_m) const {
-    return !boxes_apart(model_.pairs[pair], motion, margin_m);
+  bool bounds_meet(const PairContact& pair, const CellMotion& motion, double margin_m) const {
+    return !(gap_m(pair, motion) > margin_m);
   }
   /// No point of the component's surface is further from its origin (m); 0 without surface.
-  double radius_m(int component) const { return radius_m_[static_cast<std::size_t>(component)]; }
+  double radius_m(int component) const { return approach_.radius_m(component); }
 
   /// Adds the wrenches of all acting pairs, about p_WBcm of each component, in the order of the pairs.
   void evaluate(const CellMotion& motion, std::span<Wrench> wrenches);
@@ -116,39 +111,66 @@ class ContactInteraction {
                    std::vector<int>& others);
 
   ContactCallCounts counts() const;
+  /// What is kept, for tests: it follows the near pairs.
+  struct Size {
+    std::size_t near_pairs = 0, contacts = 0, contacts_with_buffers = 0;
+  };
+  Size size() const { return {near_.size(), pool_.size(), pool_.with_buffers()}; }
   void set_executor(Executor* executor) { executor_ = executor; }
 
  private:
-  struct Pair;
+  struct Near {
+    std::size_t number;  ///< of the pair
+    int base, target;
+    bool still;            ///< neither side can move
+    PairContact* contact;  ///< nullptr: both sides lie still, and do not press
+  };
   struct Work {
     ContactInteraction* self;
     const CellMotion* motion;
   };
   static void run_task(std::size_t task, void* context);
-  void list_near();
   void wake_all();
+  void clear_near();
+  void find_near(const CellMotion& motion, double step_s);
+  void replace_moving();
+  void take_contacts();
+  void list_contacts();
+  void settle(const CellMotion& motion);
+  void count_apart();
+  std::size_t pairs_among(std::span<const char> components) const;
+  bool immobile(int component) const {
+    const auto c = static_cast<std::size_t>(component);
+    return asleep_[c] != 0 || components_[c].type == ComponentType::ground;
+  }
   void evaluate_all(const CellMotion& motion);
-  void add_wrenches(const Pair& pair, const CellMotion& motion, std::span<Wrench> wrenches) const;
-  void evaluate_pair(Pair& pair, const CellMotion& motion) const;
-  void look_at_pair(Pair& pair, const CellMotion& motion) const;
-  RelativeMotion motion_of(const ContactPairModel& pair, const CellMotion& motion) const;
-  bool boxes_apart(const ContactPairModel& pair, const CellMotion& motion, double margin_m) const;
+  void add_wrenches(const PairContact& pair, const CellMotion& motion, std::span<Wrench> wrenches) const;
+  void evaluate_pair(PairContact& pair, const CellMotion& motion) const;
+  void look_at_pair(PairContact& pair, const CellMotion& motion) const;
+  RelativeMotion motion_of(int base, int target, const CellMotion& motion) const;
   /// Between the bounds of a pair, along the axis on which they are furthest apart; negative: they meet.
-  double gap_m(const ContactPairModel& pair, const CellMotion& motion) const;
+  double gap_m(const PairContact& pair, const CellMotion& motion) const;
   /// No point of the Base is faster relative to the Target.
-  double speed_m_per_s(const ContactPairModel& pair, const CellMotion& motion) const;
+  double speed_m_per_s(int base, int target, const CellMotion& motion) const;
 
   const std::vector<Component>& components_;
   const ContactModel& model_;
-  std::vector<Pair> pairs_;
-  std::vector<char> acting_;
-  bool any_acting_ = false;
-  std::vector<char> asleep_;         ///< by component
-  std::vector<double> radius_m_;     ///< by component
-  std::vector<char> still_;          ///< by pair: neither side can move
-  std::vector<char> is_near_;        ///< by pair
-  std::vector<std::size_t> near_;    ///< acting pairs that may meet, ascending
-  std::vector<std::size_t> moving_;  ///< near pairs with at least one mobile component
+  std::vector<char> acting_;  ///< by pair
+  std::size_t acting_count_ = 0;
+  std::vector<std::uint32_t> degree_;  ///< by component: its acting pairs
+  std::vector<char> asleep_;           ///< by component
+  std::vector<int> mobile_;            ///< components that can move, ascending
+  bool all_moved_ = true;              ///< places and bounds of all components must be set again
+  bool unsettled_ = false;             ///< pairs have come to lie still
+  std::size_t movable_count_ = 0;      ///< acting pairs with a side that can move
+  bool movable_known_ = false;
+  std::uint64_t boxes_apart_ = 0;
+  ApproachSearch approach_;
+  ContactPool pool_;
+  std::vector<Near> near_;  ///< acting pairs that may meet, ascending; those asleep as of falling asleep
+  std::vector<Near> found_, next_;     ///< while they are found
+  std::vector<PairContact*> moving_;   ///< near pairs with a side that can move, ascending
+  std::vector<PairContact*> present_;  ///< all near pairs with a contact, ascending
   bool holding_ = false;
   Executor* executor_ = nullptr;
 };

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <memory>
+#include <optional>
 #include <stdexcept>
 
 #include "server/contact/surface/contact_elements.h"
@@ -66,7 +68,7 @@ struct PolygonalContact::Impl {
   const ContactSurface::Data& base;
   const ContactSurface::Data& target;
   ContactLaw law;
-  ContactSearch search;
+  std::optional<ContactSearch> search;  ///< at the first pose at which the bounds meet
   ElementRows rows;
   std::vector<std::int32_t> filled;  ///< elements in the rows
   std::vector<ContactSpring> springs, next_springs;
@@ -82,13 +84,13 @@ struct PolygonalContact::Impl {
         target_surface(std::move(t)),
         base(base_surface->data()),
         target(target_surface->data()),
-        law(l),
-        search(base, target) {
+        law(l) {
     // The law hardens well before the middle of a wall, beyond which the closest surface is the far side.
     for (const ContactSurface::Data* side : {&base, &target})
       if (side->wall_m > 0.0) law.linear_depth_m = std::min(law.linear_depth_m, kLinearShare * side->wall_m);
   }
 
+  ContactSearch& begin_search() { return search ? *search : search.emplace(base, target); }
   bool boxes_apart(const Pose& X_TB) const;
   void start_holding(const RelativeMotion& motion);
   bool held_covers(const Pose& X_TB, double next_s, double share) const;
@@ -131,10 +133,10 @@ void PolygonalContact::Impl::fill_found() {
   using R = ElementRows;
   double *nx = rows[R::kNx], *ny = rows[R::kNy], *nz = rows[R::kNz];
   for (std::size_t i = 0; i < filled.size(); ++i) {
-    const Vec3& m = search.normal_B(i);
+    const Vec3& m = search->normal_B(i);
     nx[i] = -m.x(), ny[i] = -m.y(), nz[i] = -m.z();
   }
-  std::copy(search.depths_m().begin(), search.depths_m().end(), rows[R::kDepth]);
+  std::copy(search->depths_m().begin(), search->depths_m().end(), rows[R::kDepth]);
 }
 
 void PolygonalContact::Impl::fill_springs(const Pose& X_BT) {
@@ -157,7 +159,7 @@ void PolygonalContact::Impl::fill_springs(const Pose& X_BT) {
 /// sideways by v: by v / u. The secant has the stiffness of the elastic part, so that it never drives.
 void PolygonalContact::Impl::add_bends(ElementDetail detail, Mat6& K) const {
   using R = ElementRows;
-  for (const ContactSearch::Bend& bend : search.bends()) {
+  for (const ContactSearch::Bend& bend : search->bends()) {
     const std::size_t i = bend.hit;
     if (!(rows[R::kForce][i] > 0.0)) continue;
     const double k = detail == ElementDetail::tangent ? rows[R::kForce][i] / rows[R::kDepth][i]
@@ -191,9 +193,9 @@ std::size_t PolygonalContact::Impl::find_elements(const RelativeMotion& motion, 
   } else {
     if (boxes_apart(motion.X_TB)) return 0;
     ++counts.searches;
-    counts.rebuilds += search.find(motion.X_TB, X_BT) ? 1 : 0;
-    if (search.elements().empty()) return 0;
-    set_elements(search.elements());
+    counts.rebuilds += begin_search().find(motion.X_TB, X_BT) ? 1 : 0;
+    if (search->elements().empty()) return 0;
+    set_elements(search->elements());
     fill_found();
   }
   fill_springs(X_BT);
@@ -234,6 +236,17 @@ PolygonalContact::PolygonalContact(std::shared_ptr<const ContactSurface> base,
 PolygonalContact::~PolygonalContact() = default;
 PolygonalContact::PolygonalContact(PolygonalContact&&) noexcept = default;
 PolygonalContact& PolygonalContact::operator=(PolygonalContact&&) noexcept = default;
+
+void PolygonalContact::rebind(const std::shared_ptr<const ContactSurface>& base,
+                              const std::shared_ptr<const ContactSurface>& target, const ContactLaw& law) {
+  check_contact_law(law);
+  std::destroy_at(impl_.get());
+  std::construct_at(impl_.get(), base, target, law);
+}
+
+bool PolygonalContact::has_search() const {
+  return impl_->search.has_value();
+}
 
 void PolygonalContact::evaluate(const RelativeMotion& motion, ContactResult& result) {
   Twist V_B;
@@ -307,13 +320,16 @@ void PolygonalContact::Impl::start_holding(const RelativeMotion& motion) {
   holds = std::isfinite(speed);
   if (!holds) return;
   ++counts.searches;
-  search.find(held, patch);
+  begin_search().find(held, patch);
 }
 
 bool PolygonalContact::hold(const RelativeMotion& motion, double next_s) {
   // What is beside by more than half of the margin may leave it within the next step.
   constexpr double kShare = 0.5;
   if (!can_hold() || impl_->held_covers(motion.X_TB, next_s, kShare)) return false;
+  const bool held = impl_->holds;
+  impl_->holds = false;
+  if (impl_->boxes_apart(motion.X_TB)) return held;
   impl_->start_holding(motion);
   return true;
 }
@@ -333,7 +349,7 @@ void PolygonalContact::release() {
 void PolygonalContact::reset() {
   impl_->holds = false;
   impl_->springs.clear();
-  impl_->search.forget();
+  if (impl_->search) impl_->search->forget();
 }
 
 std::vector<double> PolygonalContact::save() const {
@@ -367,7 +383,7 @@ std::vector<ElementPressure> PolygonalContact::pressures(const RelativeMotion& m
 double PolygonalContact::passed_wall_m(const RelativeMotion& motion) {
   if (impl_->boxes_apart(motion.X_TB)) return 0.0;
   const Pose X_BT = motion.X_TB.inverse();
-  ContactSearch& search = impl_->search;
+  ContactSearch& search = impl_->begin_search();
   search.find(motion.X_TB, X_BT);
   const auto depths = search.depths_m();
   if (depths.empty()) return 0.0;

@@ -76,6 +76,12 @@ class PolygonalContact {
   PolygonalContact(PolygonalContact&&) noexcept;
   PolygonalContact& operator=(PolygonalContact&&) noexcept;
 
+  /// Becomes the new contact of another pair, without allocation.
+  void rebind(const std::shared_ptr<const ContactSurface>& base,
+              const std::shared_ptr<const ContactSurface>& target, const ContactLaw& law);
+  /// Whether the bounds of the two have ever met. Until then an object is small, and no evaluation allocates.
+  bool has_search() const;
+
   void evaluate(const RelativeMotion& motion, ContactResult& result);
   void evaluate(const RelativeMotion& motion, Linearisation linearisation, ContactResult& result,
                 ContactJacobian& jacobian);

@@ -117,7 +117,7 @@ struct CellModel {
   /// Solver while a robot is dynamic; std::nullopt: `solver`.
   std::optional<SolverParameters> dynamics_solver;
   std::vector<Component> components;
-  std::vector<ComponentPair> pairs;
+  ComponentPairs pairs;
   InteractionParameters interaction;
   std::vector<RigidBodyParameters> parts;  ///< by Part, in order of component id
   std::vector<GroundModel> grounds;

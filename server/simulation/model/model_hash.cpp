@@ -27,6 +27,15 @@ void digest(ModelDigest& hash, const InteractionParameters& p) {
   counted.exact_sleeping = true;  // the bits are the same
   hash.members(counted);
 }
+void digest(ModelDigest& hash, const ComponentPairs& pairs) {
+  hash << pairs.size();
+  for (const ComponentPair& pair : pairs) hash << pair;
+}
+void digest(ModelDigest& hash, const ContactPairs& pairs) {
+  hash << pairs.size();
+  for (const ContactPairModel& pair : pairs)
+    hash << pair.base << pair.target << pair.law << pair.friction_at_K << pair.force;
+}
 void digest(ModelDigest& hash, const ContactModel& contact) {
   // Omits the evaluation of pairs and the sleeping.
   hash << contact.enabled << contact.surfaces << contact.pairs;

@@ -81,6 +81,10 @@ ContactCallCounts Simulation::contact_counts() const {
   return impl_->contacts.counts();
 }
 
+ContactInteraction::Size Simulation::contact_size() const {
+  return impl_->contacts.size();
+}
+
 void Simulation::set_executor(Executor* executor, std::uint64_t least_calls) {
   impl_->executor = executor;
   impl_->least_calls = least_calls;

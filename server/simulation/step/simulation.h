@@ -167,6 +167,8 @@ class Simulation {
   /// Pairs with pressure by surface contact at this time (level of detail 3), in the order of the pairs.
   void read_contacts(std::vector<ContactSample>& samples) const;
   ContactCallCounts contact_counts() const;
+  /// What surface contact keeps in memory, for tests and measurements.
+  ContactInteraction::Size contact_size() const;
   /// Load of the friction at a gripper (index) at the beginning of the most recent step.
   const GripLoad& grip_load(std::size_t gripper) const;
   const SimulationStatistics& statistics() const;

@@ -103,22 +103,21 @@ void Simulation::Impl::choose_forces() {
     mechanism->choose_stiffness([this](int component) { return component_level(component) == 3; },
                                 interaction);
   if (!model->contact.enabled) return;
-  std::vector<int> levels;
-  for (std::size_t c = 0; c < model->components.size(); ++c)
-    levels.push_back(
-        model->components[c].type == ComponentType::ground ? 3 : component_level(static_cast<int>(c)));
-  std::vector<char> acting;
-  std::vector<std::pair<int, int>> by_contact;
-  for (const ContactPairModel& pair : model->contact.pairs) {
-    const bool acts =
-        pair.force != PairForce::substitute && levels[static_cast<std::size_t>(pair.base)] == 3 &&
-        levels[static_cast<std::size_t>(pair.target)] == 3 && !interaction.attached(pair.base, pair.target);
-    acting.push_back(acts ? 1 : 0);
-    if (acts) by_contact.emplace_back(pair.base, pair.target);
-  }
-  contacts.set_acting(acting);
-  interaction.set_by_contact(by_contact);
-  if (monitor) monitor->set_by_contact(by_contact);
+  std::vector<int> levels(model->components.size(), 1);
+  for (std::size_t p = 0; p < process_levels.size(); ++p)
+    for (const int member : model->description.processes[p].components) {
+      int& level = levels[static_cast<std::size_t>(member)];
+      level = std::max(level, process_levels[p]);
+    }
+  for (std::size_t c = 0; c < levels.size(); ++c)
+    if (model->components[c].type == ComponentType::ground) levels[c] = 3;
+  const auto acts = [&](int a, int b) {
+    return levels[static_cast<std::size_t>(a)] == 3 && levels[static_cast<std::size_t>(b)] == 3 &&
+           model->contact.pairs.kind(a, b).force != PairForce::substitute && !interaction.attached(a, b);
+  };
+  contacts.set_acting(acts);
+  interaction.set_by_contact(acts);
+  if (monitor) monitor->set_by_contact(acts);
 }
 
 void Simulation::Impl::choose_grippers() {

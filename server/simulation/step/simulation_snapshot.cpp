@@ -110,10 +110,7 @@ void Simulation::Impl::measure_by_contact(std::span<const ContactSample> samples
   const auto of_both = [&contact](const auto& pair) {
     return std::minmax(pair.base, pair.target) == std::minmax(contact.a, contact.b);
   };
-  bool acting = false;
-  for (std::size_t i = 0; i < contacts.pair_count() && !acting; ++i)
-    acting = contacts.acting(i) && of_both(contacts.pair(i));
-  if (!acting) return;
+  if (!contacts.acting(contact.a, contact.b)) return;
   contact.depth = {};
   contact.by_surface = true;
   const auto sample = std::find_if(samples.begin(), samples.end(), of_both);
@@ -137,8 +134,7 @@ Explanation Simulation::explain(int component) const {
   const auto of_component = [component](const auto& pair) {
     return pair.base == component || pair.target == component;
   };
-  for (std::size_t i = 0; i < s.contacts.pair_count() && !e.surface_contact; ++i)
-    e.surface_contact = s.contacts.acting(i) && of_component(s.contacts.pair(i));
+  e.surface_contact = s.contacts.acts_on(component);
   std::vector<ContactSample> samples;
   s.contacts.read(s.system().motion(), samples);
   std::copy_if(samples.begin(), samples.end(), std::back_inserter(e.pressing), of_component);

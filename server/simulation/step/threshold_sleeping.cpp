@@ -39,12 +39,8 @@ void ThresholdSleeping::wake_all() {
   std::fill(asleep_.begin(), asleep_.end(), 0);
   sleeping_ = 0;
   contacts_.set_asleep(asleep_);
-  std::fill(may_sleep_.begin(), may_sleep_.end(), 0);
-  for (std::size_t i = 0; i < contacts_.pair_count(); ++i) {
-    if (!contacts_.acting(i)) continue;
-    for (const int end : {contacts_.pair(i).base, contacts_.pair(i).target})
-      if (const int place = exact_.place_of(end); place >= 0) may_sleep_[static_cast<std::size_t>(place)] = 1;
-  }
+  for (std::size_t i = 0; i < may_sleep_.size(); ++i)
+    may_sleep_[i] = contacts_.acts_on(exact_.parts()[i]) ? 1 : 0;
 }
 
 void ThresholdSleeping::save(StateWriter& out) const {
@@ -77,10 +73,9 @@ double ThresholdSleeping::speed_m_per_s(int component, const CellMotion& motion)
   return V.v.norm() + V.w.norm() * contacts_.radius_m(component);
 }
 
-bool ThresholdSleeping::may_meet(std::size_t pair, const CellMotion& motion, double steps) const {
-  const ContactPairModel& ends = contacts_.pair(pair);
+bool ThresholdSleeping::may_meet(const PairContact& pair, const CellMotion& motion, double steps) const {
   double speed = 0.0;
-  for (const int end : {ends.base, ends.target})
+  for (const int end : {pair.base, pair.target})
     if (moves(end)) speed += speed_m_per_s(end, motion);
   const double time_s = steps * step_s_;
   return contacts_.bounds_meet(pair, motion,
@@ -98,11 +93,11 @@ bool ThresholdSleeping::wake_reached(const CellMotion& motion) {
   };
   for (std::size_t i = 0; i < group_.size(); ++i)
     if (group_[i] >= 0 && !exact_.is_asleep(i)) wake(static_cast<int>(i));
-  for (const std::size_t pair : contacts_.near()) {
-    const ContactPairModel& ends = contacts_.pair(pair);
+  for (const PairContact* const near : contacts_.moving()) {
+    const PairContact& ends = *near;
     const int sleeper = asleep(ends.base) ? ends.base : ends.target;
     const int other = sleeper == ends.base ? ends.target : ends.base;
-    if (asleep(sleeper) && moves(other) && may_meet(pair, motion, kStepsToWake))
+    if (asleep(sleeper) && moves(other) && may_meet(ends, motion, kStepsToWake))
       wake(exact_.place_of(sleeper));
   }
   if (!any) return false;
@@ -137,13 +132,12 @@ void ThresholdSleeping::find_groups(const ComponentInteraction& interaction, con
     else if (moves(place >= 0 ? b : a))  // a Gripper
       kept_up_[static_cast<std::size_t>(place >= 0 ? place : other)] = 1;
   };
-  for (const std::size_t pair : contacts_.near()) {
-    const ContactPairModel& ends = contacts_.pair(pair);
+  for (const PairContact* const near : contacts_.moving()) {
+    const PairContact& ends = *near;
     if (exact_.place_of(ends.base) < 0 && exact_.place_of(ends.target) < 0) continue;
-    if (!moves(ends.base) && !moves(ends.target)) continue;
     // A sleeping component was not near when it fell asleep, and wakes before another one comes near.
     if (asleep(ends.base) || asleep(ends.target)) continue;
-    if (may_meet(pair, motion, kStepsToJoin)) together(ends.base, ends.target);
+    if (may_meet(ends, motion, kStepsToJoin)) together(ends.base, ends.target);
   }
   for (const int part : exact_.awake())
     for (const PairConnection& pair : interaction.connections_of(part))

@@ -48,7 +48,7 @@ class ThresholdSleeping {
  private:
   bool asleep(int component) const;
   bool moves(int component) const;
-  bool may_meet(std::size_t pair, const CellMotion& motion, double steps) const;
+  bool may_meet(const PairContact& pair, const CellMotion& motion, double steps) const;
   double speed_m_per_s(int component, const CellMotion& motion) const;
   void find_groups(const ComponentInteraction& interaction, const CellMotion& motion);
 

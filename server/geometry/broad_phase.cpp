@@ -1,4 +1,4 @@
-#include "server/contact/collision/broad_phase.h"
+#include "server/geometry/broad_phase.h"
 
 #include <algorithm>
 #include <numeric>
@@ -20,6 +20,11 @@ Aabb united(const Aabb& a, const Aabb& b) {
 bool contains(const Aabb& outer, const Aabb& inner) {
   return (outer.lower.array() <= inner.lower.array()).all() &&
          (outer.upper.array() >= inner.upper.array()).all();
+}
+
+BroadPhase::Speed larger(const BroadPhase::Speed& a, const BroadPhase::Speed& b) {
+  return {std::max(a.linear_m_per_s, b.linear_m_per_s), std::max(a.angular_rad_per_s, b.angular_rad_per_s),
+          std::max(a.radius_m, b.radius_m)};
 }
 
 double area(const Aabb& box) {
@@ -65,7 +70,7 @@ std::int32_t BroadPhase::build(std::vector<std::int32_t>::iterator begin,
   free_.pop_back();
   const std::int32_t left = build(begin, middle);
   const std::int32_t right = build(middle, end);
-  node(index) = {all, -1, left, right};
+  node(index) = {all, -1, left, right, {}};
   node(left).parent = node(right).parent = index;
   return index;
 }
@@ -79,7 +84,21 @@ bool BroadPhase::update(int component, const Aabb& box) {
 }
 
 void BroadPhase::refit(std::int32_t i) {
-  for (; i >= 0; i = node(i).parent) node(i).box = united(node(node(i).left).box, node(node(i).right).box);
+  for (; i >= 0; i = node(i).parent) {
+    const Node &left = node(node(i).left), &right = node(node(i).right);
+    node(i).box = united(left.box, right.box);
+    node(i).speed = larger(left.speed, right.speed);
+  }
+}
+
+void BroadPhase::set_speed(int component, const Speed& speed) {
+  if (node(component).speed == speed) return;
+  node(component).speed = speed;
+  for (std::int32_t i = node(component).parent; i >= 0; i = node(i).parent) {
+    const Speed of_both = larger(node(node(i).left).speed, node(node(i).right).speed);
+    if (node(i).speed == of_both) return;
+    node(i).speed = of_both;
+  }
 }
 
 void BroadPhase::remove(std::int32_t component) {
@@ -124,29 +143,14 @@ void BroadPhase::insert(std::int32_t component) {
   const std::int32_t above = node(at).parent;
   const std::int32_t parent = free_.back();
   free_.pop_back();
-  node(parent) = {united(node(at).box, box), above, at, component};
+  node(parent) = {united(node(at).box, box), above, at, component,
+                  larger(node(at).speed, node(component).speed)};
   node(at).parent = node(component).parent = parent;
   if (above < 0)
     root_ = parent;
   else
     (node(above).left == at ? node(above).left : node(above).right) = parent;
   refit(above);
-}
-
-void BroadPhase::find(const Aabb& box, std::vector<int>& found) {
-  stack_.clear();
-  if (root_ >= 0) stack_.push_back(root_);
-  while (!stack_.empty()) {
-    const std::int32_t i = stack_.back();
-    stack_.pop_back();
-    if (!node(i).box.overlaps(box)) continue;
-    if (!leaf(i)) {
-      stack_.push_back(node(i).left);
-      stack_.push_back(node(i).right);
-    } else {
-      found.push_back(i);
-    }
-  }
 }
 
 }  // namespace takt
