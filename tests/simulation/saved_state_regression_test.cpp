@@ -82,6 +82,14 @@ TEST(SavedContact, ASavedBlockAssemblyAtLevel3ContinuesWithTheSameBits) {
                       [](Simulation& simulation) { set_level(simulation, 3); });
 }
 
+// A patch is held over several steps (PolygonalContact::hold): it is part of the state.
+TEST(SavedContact, ASavedNutContinuesToTurnWithTheSameBits) {
+  for (const char* solver : {"implicit", "rosenbrock"}) {
+    const Cell cell("contact/nut_runs_down", {std::string("solver.method=") + solver});
+    check_restored_runs(cell.model, StepCommands(60), {1, 27, 41}, 12);
+  }
+}
+
 class SavedScene : public testing::TestWithParam<std::string> {};
 TEST_P(SavedScene, SpringsAndSolverContinueWithTheSameBits) {
   for (const char* law : {"regularised", "stick"}) {

@@ -391,7 +391,8 @@ void ContactSearch::visit(std::size_t index, const HeldMotion& motion, const Twi
     path.path_B = path_B.at(path.p_B);
     // Surfaces that touch face each other: an element comes closer along its own normal, and by what the
     // Target's faces are inclined to it.
-    path.reach_m = motion.margin_m + std::max(0.0, path.path_B.dot(base_.normal(e))) + kInclined * path.path_B.norm();
+    path.reach_m =
+        motion.margin_m + std::max(0.0, path.path_B.dot(base_.normal(e))) + kInclined * path.path_B.norm();
   }
   find_strips(target_, motion.X_TB, {paths.data(), count}, motion.margin_m, {strips.data(), count});
   for (std::size_t i = 0; i < count; ++i)

@@ -22,8 +22,8 @@ void begin_strip(const ContactPatch& plane, FaceStrip& strip) {
 }
 
 /// From the face `first` along the path. Returns the least height on the way.
-double follow_path(const ContactSurface::Data& target, std::int32_t first, const Vec3& x_T, const Vec3& path_T,
-                   FaceStrip& strip) {
+double follow_path(const ContactSurface::Data& target, std::int32_t first, const Vec3& x_T,
+                   const Vec3& path_T, FaceStrip& strip) {
   const auto face_of = [&](std::int32_t i) -> const ContactFace& {
     return target.faces[static_cast<std::size_t>(i)];
   };
@@ -77,7 +77,8 @@ void find_strips(const ContactSurface::Data& target, const Pose& X_TB, std::span
     strip.near = false;
     if (batch.at_least_m[i] > reach_m[i]) continue;
     const Vec3 path_T = X_TB.R * elements[i].path_B;
-    if (leaf != nullptr && leaf->kind == FaceOctree::Kind::patch && path_T.squaredNorm() <= margin_m * margin_m) {
+    if (leaf != nullptr && leaf->kind == FaceOctree::Kind::patch &&
+        path_T.squaredNorm() <= margin_m * margin_m) {
       const ContactPatch& plane = target.patches[static_cast<std::size_t>(leaf->patch)];
       begin_strip(plane, strip);
       strip.near = height_m(plane, x_T) <= 2.0 * margin_m;

@@ -152,8 +152,9 @@ class FaceOctree::Builder {
     }
     double offset_m = -INFINITY;
     for (std::uint32_t corner = 0; corner < 8; ++corner) {
-      const Vec3 x = tree_.lower_ + edge_m * Vec3(cell.at[0] + (corner & 1U), cell.at[1] + (corner >> 1U & 1U),
-                                                  cell.at[2] + (corner >> 2U & 1U));
+      const Vec3 x =
+          tree_.lower_ + edge_m * Vec3(cell.at[0] + (corner & 1U), cell.at[1] + (corner >> 1U & 1U),
+                                       cell.at[2] + (corner >> 2U & 1U));
       for (const Candidate& c : found_)
         offset_m = std::max(offset_m, normal.dot(x) - (plane(c).normal.dot(x) - plane(c).offset_m));
     }

@@ -75,7 +75,8 @@ class FaceOctree {
   }
   /// Lower bound of the signed distance of x, a point of the leaf, from the surface (m).
   double at_least_m(const Leaf& leaf, const Vec3& x) const {
-    const double height = static_cast<double>(leaf.normal[0]) * x.x() + static_cast<double>(leaf.normal[1]) * x.y() +
+    const double height = static_cast<double>(leaf.normal[0]) * x.x() +
+                          static_cast<double>(leaf.normal[1]) * x.y() +
                           static_cast<double>(leaf.normal[2]) * x.z() - static_cast<double>(leaf.offset_m);
     return std::max(height, static_cast<double>(leaf.at_least_m) - from_center_m(leaf, x));
   }
