@@ -13,7 +13,7 @@
 namespace takt {
 namespace {
 
-/// A patch is held for a path of so many faces of the Target, and for no longer.
+/// A patch is held for a path of so many faces of the Target, and for this time at most.
 constexpr double kHeldFaces = 2.5, kLongestHeld_s = 0.01;
 /// Points of the Base are beside a held motion by no more than such an acceleration takes them, or a least way.
 constexpr double kUnforeseen_m_per_s2 = 0.5, kLeastMargin_m = 1e-6;
