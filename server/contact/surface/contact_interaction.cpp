@@ -26,6 +26,7 @@ ContactInteraction::ContactInteraction(const std::vector<Component>& components,
       acting_(model.pairs.size(), 0),
       degree_(components.size(), 0),
       asleep_(components.size(), 0),
+      counted_(components.size(), 0),
       approach_(components.size(), model),
       pool_(model, components.size()) {
   constexpr std::size_t kRoom = 256, kRoomPerComponent = 32;
@@ -324,28 +325,27 @@ void ContactInteraction::replace_moving() {
 void ContactInteraction::count_apart() {
   if (!movable_known_) {
     // By the smaller of the two: those that can move, and those that cannot.
-    std::vector<char> members(components_.size(), 0);
     const bool few = 2 * mobile_.size() <= components_.size();
     movable_count_ = few ? 0 : acting_count_;
     for (std::size_t c = 0; c < components_.size(); ++c) {
       const bool moves = !immobile(static_cast<int>(c));
-      members[c] = moves == few ? 1 : 0;
+      counted_[c] = moves == few ? 1 : 0;
       if (few && moves) movable_count_ += degree_[c];
     }
-    movable_count_ -= pairs_among(members);
+    movable_count_ -= pairs_among_counted();
     movable_known_ = true;
   }
   boxes_apart_ += movable_count_ - moving_.size();
 }
 
 /// Acting pairs of two of these components.
-std::size_t ContactInteraction::pairs_among(std::span<const char> components) const {
+std::size_t ContactInteraction::pairs_among_counted() const {
   const PairTable& pairs = model_.pairs.table();
   std::size_t count = 0;
   for (int base = 0; base < pairs.base_count(); ++base) {
-    if (components[static_cast<std::size_t>(base)] == 0) continue;
+    if (counted_[static_cast<std::size_t>(base)] == 0) continue;
     for (std::size_t i = pairs.begin_of(base); i < pairs.end_of(base); ++i)
-      count += acting_[i] != 0 && components[static_cast<std::size_t>(pairs.target(i))] != 0 ? 1 : 0;
+      count += acting_[i] != 0 && counted_[static_cast<std::size_t>(pairs.target(i))] != 0 ? 1 : 0;
   }
   return count;
 }

@@ -138,7 +138,7 @@ class ContactInteraction {
   void list_contacts();
   void settle(const CellMotion& motion);
   void count_apart();
-  std::size_t pairs_among(std::span<const char> components) const;
+  std::size_t pairs_among_counted() const;
   bool immobile(int component) const {
     const auto c = static_cast<std::size_t>(component);
     return asleep_[c] != 0 || components_[c].type == ComponentType::ground;
@@ -160,6 +160,7 @@ class ContactInteraction {
   std::vector<std::uint32_t> degree_;  ///< by component: its acting pairs
   std::vector<char> asleep_;           ///< by component
   std::vector<int> mobile_;            ///< components that can move, ascending
+  std::vector<char> counted_;          ///< by component, while pairs are counted
   bool all_moved_ = true;              ///< places and bounds of all components must be set again
   bool unsettled_ = false;             ///< pairs have come to lie still
   std::size_t movable_count_ = 0;      ///< acting pairs with a side that can move
