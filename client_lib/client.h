@@ -336,8 +336,10 @@ struct FoundCell {
   int servers = 1;  ///< above 1 is a mistake: all of them answer; `status` comes from one of them
 };
 
-/// The cells on a domain. Discovery has no end: the call returns when every server that was found has answered and no
-/// other was found for as long again, at least 0.15 s; without an answer after `duration` of wall time.
+/// The cells on a domain. Without a profile it returns when each participant of this machine is known, by the ports that
+/// the kernel lists, and each server among them has answered. With a profile, or beside a port without a participant,
+/// discovery has no end: then no other was found for as long again, at least 0.15 s. Without an answer it returns after
+/// `duration` of wall time.
 std::vector<FoundCell> list_cells(
     int domain, Seconds duration = Seconds{2.0}, const std::string& profiles_file = {},
     const std::string& secure_directory = ClientOptions::default_secure_directory(),

@@ -59,11 +59,8 @@ dds::DomainParticipantQos participant_qos(const std::string& name, const LinkPro
   // This machine only.
   qos.transport().use_builtin_transports = false;
   auto udp = std::make_shared<ThisMachineUdp>();
-  // A description of megabytes comes as a burst of fragments when the server's shared memory is out of reach.
+  // A description of megabytes comes as a burst of fragments.
   udp->receiveBufferSize = 4U << 20U;
-  const auto shared_memory = std::make_shared<transports::SharedMemTransportDescriptor>();
-  if (shared_memory_has_room(shared_memory->segment_size()))  // else over UDP alone
-    qos.transport().user_transports.push_back(shared_memory);
   qos.transport().user_transports.push_back(udp);
   // A client that dies unannounced is forgotten soon, so that another may take over its robots.
   qos.wire_protocol().builtin.discovery_config.leaseDuration = DdsDuration(5, 0);

@@ -112,8 +112,8 @@ std::vector<FoundCell> list_cells(int domain, Seconds duration, const std::strin
   client::Link link(domain, "takt-list", {profiles_file, secure_directory, profile}, &watch);
 
   const auto deadline = began + std::chrono::duration_cast<Clock::duration>(duration);
-  const std::size_t on_this_machine =
-      participants_of_this_machine(domain);  // this one included, as in the names
+  // Without a profile the participants are those that the kernel lists: once all of them are known, no other is expected.
+  const bool only_this_machine = profiles_file.empty();
   std::size_t participants = 0;
   std::unique_lock lock(mutex);
   for (;;) {
@@ -138,10 +138,14 @@ std::vector<FoundCell> list_cells(int domain, Seconds duration, const std::strin
     const auto now = Clock::now();
     if (names.size() > participants) newest = now;
     participants = std::max(participants, names.size());
+    const std::size_t of_this_machine =
+        participants_of_this_machine(domain);  // this one included, as in the names
+    const bool all_discovered = names.size() >= of_this_machine;
+    const bool nothing_expected = only_this_machine && of_this_machine > 0 && all_discovered;
     const auto quiet = std::max<Clock::duration>(kShortestQuiet, newest - began);
-    const bool all_discovered = participants >= on_this_machine || now >= began + kDiscovery;
-    const bool all_found = all_discovered && all_answered(found, servers, names);
-    if (now >= deadline || (all_found && now >= newest + quiet)) break;
+    const bool all_found =
+        (all_discovered || now >= began + kDiscovery) && all_answered(found, servers, names);
+    if (now >= deadline || (all_found && (nothing_expected || now >= newest + quiet))) break;
     changed.wait_until(lock, std::min(deadline, now + kLook), [&] { return announced; });
   }
 

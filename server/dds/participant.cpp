@@ -14,22 +14,12 @@
 namespace takt {
 namespace {
 
-// A description with its meshes takes megabytes: the segment must have room for it beside other samples.
-constexpr std::uint32_t kSharedMemorySegment_bytes = 8U << 20U;
-
 dds::DomainParticipantQos this_machine_only() {
   dds::DomainParticipantQos qos;
   qos.transport().use_builtin_transports = false;
   const auto udp = std::make_shared<ThisMachineUdp>();
   udp->sendBufferSize = 1U << 20U;
   udp->receiveBufferSize = 1U << 20U;
-  if (shared_memory_has_room(kSharedMemorySegment_bytes)) {
-    const auto shared_memory = std::make_shared<transports::SharedMemTransportDescriptor>();
-    shared_memory->segment_size(kSharedMemorySegment_bytes);
-    qos.transport().user_transports.push_back(shared_memory);
-  } else {
-    std::fputs("takt-server: note: /dev/shm is full; clients are served over UDP alone.\n", stderr);
-  }
   qos.transport().user_transports.push_back(udp);
   // Time after which other participants drop one that died without a farewell.
   qos.wire_protocol().builtin.discovery_config.leaseDuration = DdsDuration(5, 0);

@@ -22,8 +22,8 @@ class DdsError : public std::runtime_error {
 struct ParticipantOptions {
   std::string name;          ///< shown to other participants
   std::uint32_t domain = 0;  ///< 0..232
-  /// Fast DDS profiles (XML) with a participant profile of the name `profile`. Empty: this machine only, by
-  /// shared memory and UDP (idl/transport/fastdds/host_local_udp.h).
+  /// Fast DDS profiles (XML) with a participant profile of the name `profile`. Empty: this machine only, by UDP
+  /// (idl/transport/fastdds/host_local_udp.h).
   std::string profiles_file;
   std::string profile = "takt_server";
   /// Identity, permissions and governance (idl/transport/fastdds/security.h). Empty: no security.

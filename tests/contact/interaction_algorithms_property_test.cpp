@@ -17,8 +17,8 @@
 namespace takt::test {
 namespace {
 
-constexpr int kSubsteps = 40;  // in a millisecond, the step for which commands and oracles are made
-static_assert(kSubsteps * kChainStep_s == kStep_s);
+constexpr int kFewestSubsteps = 40;  // in a millisecond, the step for which commands and oracles are made
+static_assert(kFewestSubsteps * kLongestChainStep_s == kStep_s);
 
 struct AlgorithmTrial {
   unsigned seed;
@@ -26,8 +26,8 @@ struct AlgorithmTrial {
   bool feed_forward;
 };
 
-std::shared_ptr<const CellModel> model_of(const RandomCell& cell, const AlgorithmTrial& trial) {
-  auto model = under_algorithm(cell, trial.algorithm);
+std::shared_ptr<const CellModel> model_of(const RandomCell& cell, const AlgorithmTrial& trial, int substeps) {
+  auto model = under_algorithm(cell, trial.algorithm, kStep_s / substeps);
   model->interaction.weight_feed_forward = trial.feed_forward;
   return model;
 }
@@ -138,7 +138,8 @@ void check_rules(const RandomCell& cell, const Simulation& simulation, const Sna
   }
 }
 
-void run_algorithm_trial(const AlgorithmTrial& trial, int& picks) {
+/// False as soon as a mode of the assemblies may be too fast for the step: the trial is then no measure.
+bool run_algorithm_trial(const AlgorithmTrial& trial, int substeps, int& picks) {
   SCOPED_TRACE(std::string(to_string(trial.algorithm)) +
                (trial.feed_forward ? ", feed-forward" : ", thesis' law") + ", seed " +
                std::to_string(trial.seed));
@@ -147,40 +148,53 @@ void run_algorithm_trial(const AlgorithmTrial& trial, int& picks) {
   options.parts = 24;
   const RandomCell cell(options);
   RandomHandling handling(cell, trial.seed + 1000);
-  Simulation simulation(model_of(cell, trial));
+  Simulation simulation(model_of(cell, trial, substeps));
   Snapshot s = simulation.make_snapshot();
   double largest = 0.0;
+  bool stable = true;
   const auto advance = [&](const std::vector<Command>& commands) {
-    for (int i = 0; i < kSubsteps; ++i)
+    for (int i = 0; i < substeps && stable; ++i) {
       ASSERT_TRUE(simulation.step(i == 0 ? std::span<const Command>(commands) : std::span<const Command>()))
           << simulation.fault();
+      if (i > 0 && simulation.events().connection_changes.empty()) continue;
+      simulation.read_snapshot(s);
+      const double step_s = kStep_s / substeps;
+      stable = step_s * bound_of_damping_per_s(simulation.model(), s, simulation.connections()) <= 2.0;
+    }
+    if (!stable) return;
     simulation.read_snapshot(s);
     check_balance(simulation, s, largest);
     if (!testing::Test::HasFatalFailure()) check_rules(cell, simulation, s);
   };
-  for (int i = 0; i < 1500 && !testing::Test::HasFatalFailure(); ++i) {
+  const auto goes_on = [&] { return stable && !testing::Test::HasFatalFailure(); };
+  for (int i = 0; i < 1500 && goes_on(); ++i) {
     Snapshot coarse = s;
-    coarse.step = s.step / kSubsteps;
+    coarse.step = s.step / static_cast<std::uint64_t>(substeps);
     advance(handling.commands(coarse));
   }
-  picks += handling.counts().picks;
   // Open jaws, no drive: from here on energy only decreases.
   handling.abandon();
-  for (int i = 0; i < 50 && !testing::Test::HasFatalFailure(); ++i) advance({});  // set-points run out
-  advance(handling.let_go());
+  for (int i = 0; i < 50 && goes_on(); ++i) advance({});  // set-points run out
+  if (goes_on()) advance(handling.let_go());
   double before = energy(cell, simulation, s);
   const double first = before;
-  for (int i = 0; i < 500 && !testing::Test::HasFatalFailure(); ++i) {
+  for (int i = 0; i < 500 && goes_on(); ++i) {
     advance({});
-    if (trial.feed_forward) continue;  // there the feed-forward, not a spring, works against the weight
+    if (!goes_on() || trial.feed_forward) continue;  // there the feed-forward works against the weight
     const double now = energy(cell, simulation, s);
     // To second order in the stretch the law is not that of a potential (the force acts at the Base, not at
     // the spring's other end): 5e-7 for a tumbling Part caught at 3 m/s. And the spring lifts a Part that was
     // caught within another one out of it.
-    ASSERT_LE(now, before + 1e-5 * first) << "step " << s.step;
+    if (now > before + 1e-5 * first)
+      ADD_FAILURE() << "step " << s.step << ": " << before << " -> " << now << " J";
     before = now;
   }
-  ASSERT_LE(energy(cell, simulation, s), first * (1.0 + 1e-6));
+  if (!stable) return false;
+  if (!testing::Test::HasFailure()) {
+    EXPECT_LE(energy(cell, simulation, s), first * (1.0 + 1e-6));
+    picks += handling.counts().picks;
+  }
+  return true;
 }
 
 TEST(InteractionAlgorithmsProperty, RandomAssembliesKeepForceBalanceRulesAndEnergy) {
@@ -190,8 +204,12 @@ TEST(InteractionAlgorithmsProperty, RandomAssembliesKeepForceBalanceRulesAndEner
         InteractionAlgorithm::partner_search}) {
     for (const bool feed_forward : {true, false}) {
       for (unsigned seed = 11; seed < 11 + effort(); ++seed) {
-        run_algorithm_trial({seed, algorithm, feed_forward}, picks);
-        if (HasFatalFailure()) return;
+        int substeps = kFewestSubsteps;
+        while (!run_algorithm_trial({seed, algorithm, feed_forward}, substeps, picks)) {
+          substeps *= 2;
+          ASSERT_LE(substeps, 16 * kFewestSubsteps) << "seed " << seed;
+        }
+        if (HasFailure()) return;
       }
     }
   }

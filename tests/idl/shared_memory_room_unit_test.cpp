@@ -56,12 +56,5 @@ TEST(SharedMemoryRoom, AnUnlinkedFileIsNoFailure) {
   EXPECT_TRUE(reserve_shared_memory(directory.path()));
 }
 
-TEST(SharedMemoryRoom, RoomIsThatOfTheFileSystem) {
-  const test::TemporaryDirectory directory;
-  EXPECT_TRUE(shared_memory_has_room(0, directory.path()));
-  EXPECT_FALSE(shared_memory_has_room(std::size_t{1} << 60U, directory.path()));
-  EXPECT_TRUE(shared_memory_has_room(std::size_t{1} << 60U, directory / "none"));
-}
-
 }  // namespace
 }  // namespace takt

@@ -23,7 +23,9 @@ class GripOracle {
         grip = {};
         continue;
       }
-      const bool fresh = !grip.closed, standing = !before.grippers[g].moving;
+      // Jaws that travel stop where they are when a Part has moved into them.
+      const bool stopped = after.grippers[g].width_m == before.grippers[g].width_m;
+      const bool fresh = !grip.closed, standing = !before.grippers[g].moving || stopped;
       grip.closed = true;
       const std::set<int> between = parts_between(before, g);
       for (auto* list : {&grip.sure, &grip.maybe})

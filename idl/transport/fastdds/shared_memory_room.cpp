@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <sys/stat.h>
-#include <sys/statvfs.h>
 #include <unistd.h>
 
 #include <fstream>
@@ -11,8 +10,6 @@
 
 namespace takt {
 namespace {
-
-constexpr std::size_t kOfPorts_bytes = 2U << 20U;
 
 bool reserve(const std::string& file) {
   const int fd = open(file.c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW);
@@ -25,12 +22,6 @@ bool reserve(const std::string& file) {
 }
 
 }  // namespace
-
-bool shared_memory_has_room(std::size_t bytes, const std::filesystem::path& directory) {
-  struct statvfs status {};
-  if (statvfs(directory.c_str(), &status) != 0) return true;
-  return static_cast<unsigned long long>(status.f_bavail) * status.f_frsize >= bytes + kOfPorts_bytes;
-}
 
 bool reserve_shared_memory(const std::filesystem::path& directory) {
   const std::string prefix = directory.string() + "/";
