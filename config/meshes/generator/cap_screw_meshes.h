@@ -17,8 +17,8 @@ struct CapScrewParameters {
   double recess_depth = 0.005;
   double bit_clearance = 3e-5;  ///< of the bit in the socket, per side
   double hole_depth = 0.00625;  ///< of the tapped hole, which goes through
-  double contact_edge = 4e-4;   ///< of elements up and down the flanks
-  int columns = 48;             ///< vertices around the screw, a multiple of 12; the hole has 12 more
+  double contact_edge = 5e-4;   ///< of elements up and down the flanks
+  int columns = 36;             ///< vertices around the screw, a multiple of 12; the hole has 12 more
 };
 
 /// Radius of the head, and inner and outer one of the washer.

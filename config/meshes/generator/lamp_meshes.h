@@ -11,7 +11,7 @@ struct LampParameters {
   double pitch = 0.0036286;                               ///< 7 turns per inch
   double clearance = 2e-4;                                ///< radial, of the cap in the socket
   double thread_length = 0.014;                           ///< of cap and socket
-  double contact_edge = 9e-4;                             ///< of elements up and down the flanks
+  double contact_edge = 2.9e-4;                           ///< of elements up and down the flanks
   int columns = 60;                                       ///< vertices around the cap; the socket has 12 more
 };
 

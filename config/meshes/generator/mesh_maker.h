@@ -39,7 +39,7 @@ class MeshMaker {
   /// A hexagon about z, as wide as this across its flats, one of which is at 30 degrees. `columns`: a multiple
   /// of 12.
   Ring hexagon(double across_flats, int columns, double z);
-  /// Quads from the ring along z to the height `z`, pieces no longer than `edge`. Returns the last ring.
+  /// Quads from the ring along z to the height `z`, each at most `edge` high. Returns the last ring.
   Ring wall(Ring ring, double z, double edge);
   Solid take() { return std::move(solid_); }
 

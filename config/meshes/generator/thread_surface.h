@@ -12,8 +12,8 @@ class ThreadProfile {
  public:
   virtual ~ThreadProfile() = default;
   virtual double radius(double along) const = 0;
-  /// Where rows of vertices run, in pitches from the crest, ascending within one pitch; flanks have pieces
-  /// no longer than `edge`.
+  /// Where rows of vertices run, in pitches from the crest, ascending within one pitch; the pieces
+  /// of flanks are at most `edge` long.
   virtual std::vector<double> rows(double edge) const = 0;
 };
 
