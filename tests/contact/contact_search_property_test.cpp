@@ -12,6 +12,7 @@
 #include "server/geometry/mesh/import.h"
 #include "tests/support/contact_meshes.h"
 #include "tests/support/contact_pairs.h"
+#include "tests/support/effort.h"
 #include "tests/support/random_shapes.h"
 #include "tests/support/solid_mesh.h"
 
@@ -112,7 +113,9 @@ struct BruteForce {
   }
 };
 
+/// Long: 110 000 poses of eleven pairs.
 TEST(ContactSearch, TheSearchFindsTheContactsOfBruteForce) {
+  const std::size_t poses = test::effort() == 1 ? 150 : 1000 * test::effort();
   for (const SearchScene& s : search_scenes()) {
     const auto &base = s.base->data(), &target = s.target->data();
     const BruteForce all{target};
@@ -121,8 +124,9 @@ TEST(ContactSearch, TheSearchFindsTheContactsOfBruteForce) {
     std::size_t touched = 0;
     Pose X = s.near;
     // Every face of every element: about as many tests for each scene.
-    const auto stride = static_cast<std::uint32_t>(1 + base.element_count() * target.faces.size() / 300'000);
-    for (std::uint32_t i = 0; i < 150; ++i) {
+    const std::size_t asked = test::effort() == 1 ? 300'000 : 100'000;
+    const auto stride = static_cast<std::uint32_t>(1 + base.element_count() * target.faces.size() / asked);
+    for (std::uint32_t i = 0; i < poses; ++i) {
       // Small steps within a region's bound, and occasional jumps.
       const bool far = i % 15 == 0;
       if (far) X = s.near;

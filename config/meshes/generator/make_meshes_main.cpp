@@ -113,6 +113,8 @@ void make_cells(const std::string& directory, const std::vector<std::string>& se
   takt::meshes::make_chainsaw_meshes(directory, parameters.chainsaw);
   takt::meshes::make_rotor_meshes(directory, parameters.rotor);
   takt::meshes::make_screw_meshes(directory, parameters.screw, parameters.gear);
+  takt::meshes::make_cap_screw_meshes(directory, parameters.cap_screw);
+  takt::meshes::make_lamp_meshes(directory, parameters.lamp);
 }
 
 }  // namespace

@@ -20,7 +20,8 @@ struct Parameter {
   const char* name;
   std::variant<double ChainsawParameters::*, int ChainsawParameters::*, double RotorParameters::*,
                int RotorParameters::*, double ScrewParameters::*, int ScrewParameters::*,
-               double GearParameters::*, int GearParameters::*>
+               double GearParameters::*, int GearParameters::*, double CapScrewParameters::*,
+               int CapScrewParameters::*, double LampParameters::*, int LampParameters::*>
       member;
   double lower, upper;
   const char* what;
@@ -30,8 +31,10 @@ using C = ChainsawParameters;
 using R = RotorParameters;
 using S = ScrewParameters;
 using G = GearParameters;
+using D = CapScrewParameters;
+using L = LampParameters;
 
-const std::array<Parameter, 38> kParameters{{
+const std::array<Parameter, 54> kParameters{{
     {"chainsaw.boss_radius", &C::boss_radius, 0.008, 0.014, "of the motor's boss (m)"},
     {"chainsaw.interference", &C::interference, -1e-3, 2e-4, "radial, boss in seat; negative: clearance (m)"},
     {"chainsaw.boss_chamfer", &C::boss_chamfer, 1e-4, 3e-3, "(m)"},
@@ -68,9 +71,25 @@ const std::array<Parameter, 38> kParameters{{
     {"gear.width", &G::width, 0.001, 0.2, "of the teeth (m)"},
     {"gear.bore_radius", &G::bore_radius, 5e-4, 0.2, "(m)"},
     {"gear.backlash", &G::backlash, -1e-4, 1e-3, "by which each tooth is thinner on the pitch circle (m)"},
+    {"gear.pin_clearance", &G::pin_clearance, -1e-5, 1e-3, "radial, of the pin in the bore (m)"},
     {"gear.contact_edge", &G::contact_edge, 2e-5, 1e-2, "of elements along flanks and width (m)"},
     {"gear.pinion_teeth", &G::pinion_teeth, 8, 200, "(number)"},
     {"gear.wheel_teeth", &G::wheel_teeth, 8, 400, "(number)"},
+    {"cap_screw.diameter", &D::diameter, 0.002, 0.1, "nominal (m)"},
+    {"cap_screw.pitch", &D::pitch, 2e-4, 0.006, "of the thread (m)"},
+    {"cap_screw.clearance", &D::clearance, 0.0, 1e-3, "radial, between the profiles of screw and hole (m)"},
+    {"cap_screw.length", &D::length, 0.001, 0.3, "of the thread, from the head (m)"},
+    {"cap_screw.head_height", &D::head_height, 0.001, 0.1, "(m)"},
+    {"cap_screw.recess_across_flats", &D::recess_across_flats, 0.001, 0.1, "of the hexagon socket (m)"},
+    {"cap_screw.recess_depth", &D::recess_depth, 5e-4, 0.05, "of the hexagon socket (m)"},
+    {"cap_screw.bit_clearance", &D::bit_clearance, 0.0, 5e-4, "of the bit in the socket, per side (m)"},
+    {"cap_screw.hole_depth", &D::hole_depth, 0.001, 0.2, "of the tapped hole (m)"},
+    {"cap_screw.contact_edge", &D::contact_edge, 2e-5, 5e-3, "of elements up and down the flanks (m)"},
+    {"cap_screw.columns", &D::columns, 12, 1200, "vertices around, a multiple of 12"},
+    {"lamp.pitch", &L::pitch, 0.001, 0.01, "of the round thread (m)"},
+    {"lamp.clearance", &L::clearance, 0.0, 1e-3, "radial, of the cap in the socket (m)"},
+    {"lamp.contact_edge", &L::contact_edge, 5e-5, 5e-3, "of elements up and down the flanks (m)"},
+    {"lamp.columns", &L::columns, 12, 1200, "vertices around"},
 }};
 
 /// Calls `use` with a reference to the value.
@@ -84,6 +103,8 @@ void with_value(Parameters& parameters, const Parameter& parameter, const Use& u
   in(parameters.rotor, static_cast<double R::*>(nullptr), static_cast<int R::*>(nullptr));
   in(parameters.screw, static_cast<double S::*>(nullptr), static_cast<int S::*>(nullptr));
   in(parameters.gear, static_cast<double G::*>(nullptr), static_cast<int G::*>(nullptr));
+  in(parameters.cap_screw, static_cast<double D::*>(nullptr), static_cast<int D::*>(nullptr));
+  in(parameters.lamp, static_cast<double L::*>(nullptr), static_cast<int L::*>(nullptr));
 }
 
 }  // namespace

@@ -3,7 +3,9 @@
 #include <iosfwd>
 #include <string>
 
+#include "config/meshes/generator/cap_screw_meshes.h"
 #include "config/meshes/generator/chainsaw_meshes.h"
+#include "config/meshes/generator/lamp_meshes.h"
 #include "config/meshes/generator/rotor_meshes.h"
 #include "config/meshes/generator/screw_meshes.h"
 
@@ -14,6 +16,8 @@ struct CellParameters {
   RotorParameters rotor;
   ScrewParameters screw;
   GearParameters gear;
+  CapScrewParameters cap_screw;
+  LampParameters lamp;
 };
 
 /// "GROUP.NAME=VALUE". Throws std::invalid_argument with the values allowed.

@@ -6,164 +6,14 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "config/meshes/generator/shapes.h"
+#include "config/meshes/generator/thread_surface.h"
 #include "config/meshes/generator/write_meshes.h"
 
 namespace takt::meshes {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-
-/// Vertices in the order of a key along a line, to be joined with a neighbouring line.
-struct Row {
-  std::vector<std::uint32_t> vertex;
-  std::vector<double> key;
-};
-
-class Maker {
- public:
-  explicit Maker(const std::string& name) { solid_.name = name; }
-
-  std::uint32_t vertex(const Vec3& p) {
-    solid_.vertices.push_back(p);
-    return static_cast<std::uint32_t>(solid_.vertices.size() - 1);
-  }
-  void triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c) { solid_.triangles.push_back({a, b, c}); }
-  /// Fills the strip between two lines with triangles; equal keys are joined. Seen from outside, `right` is to
-  /// the right of `left` and keys grow upwards.
-  void strip(const Row& left, const Row& right) {
-    std::size_t i = 0, k = 0;
-    while (i + 1 < left.vertex.size() || k + 1 < right.vertex.size()) {
-      const bool left_ends = i + 1 == left.vertex.size(), right_ends = k + 1 == right.vertex.size();
-      const bool go_right = left_ends || (!right_ends && right.key[k + 1] <= left.key[i + 1]);
-      if (go_right) {
-        triangle(left.vertex[i], right.vertex[k], right.vertex[k + 1]);
-        ++k;
-      } else {
-        triangle(left.vertex[i], right.vertex[k], left.vertex[i + 1]);
-        ++i;
-      }
-    }
-  }
-  /// Between closed rings of equal size: quads from `lower` to `upper`, seen from outside counter-clockwise.
-  void ring(const std::vector<std::uint32_t>& lower, const std::vector<std::uint32_t>& upper) {
-    for (std::size_t i = 0; i < lower.size(); ++i) {
-      const std::size_t next = (i + 1) % lower.size();
-      triangle(lower[i], lower[next], upper[next]);
-      triangle(lower[i], upper[next], upper[i]);
-    }
-  }
-  /// Closes a ring, which runs counter-clockwise seen from outside, around a centre.
-  void fan(const std::vector<std::uint32_t>& ring, const Vec3& center) {
-    const std::uint32_t middle = vertex(center);
-    for (std::size_t i = 0; i < ring.size(); ++i) triangle(ring[i], ring[(i + 1) % ring.size()], middle);
-  }
-  Solid take() { return std::move(solid_); }
-
- private:
-  Solid solid_;
-};
-
-std::vector<std::uint32_t> reversed(std::vector<std::uint32_t> ring) {
-  std::reverse(ring.begin(), ring.end());
-  return ring;
-}
-
-Vec3 cylindrical(double radius, double angle, double z) {
-  return {radius * std::cos(angle), radius * std::sin(angle), z};
-}
-
-/// One pitch of the basic profile over the axis, from the crest of the bolt.
-struct BasicProfile {
-  double pitch, crest_radius, root_radius;
-
-  explicit BasicProfile(const ScrewParameters& p, double inwards)
-      : pitch(p.pitch),
-        crest_radius(0.5 * p.diameter - inwards),
-        root_radius(crest_radius - 0.625 * std::sqrt(0.75) * p.pitch) {}
-
-  double radius(double along) const {
-    double u = along / pitch;
-    u = std::abs(u - std::round(u));  // symmetric about crests and roots
-    if (u <= 1.0 / 16.0) return crest_radius;
-    if (u >= 6.0 / 16.0) return root_radius;
-    return crest_radius + (u - 1.0 / 16.0) * 16.0 / 5.0 * (root_radius - crest_radius);
-  }
-  /// Where rows of vertices run, in pitches from the crest, ascending within one pitch.
-  std::vector<double> rows(double edge) const {
-    std::vector<double> at;
-    const auto line = [&](double from, double to, int pieces) {
-      for (int i = 0; i < pieces; ++i) at.push_back(from + (to - from) * i / pieces);
-    };
-    const double flank = std::hypot(5.0 / 16.0 * pitch, crest_radius - root_radius);
-    const int pieces = std::max(1, static_cast<int>(std::ceil(flank / edge - 1e-9)));
-    line(1.0 / 16.0, 6.0 / 16.0, pieces);
-    line(6.0 / 16.0, 10.0 / 16.0, std::max(1, static_cast<int>(std::ceil(0.25 * pitch / edge - 1e-9))));
-    line(10.0 / 16.0, 15.0 / 16.0, pieces);
-    line(15.0 / 16.0, 17.0 / 16.0, 1);
-    return at;
-  }
-};
-
-/// A threaded surface from z = 0 to `height`: one line of vertices for each angle. `radius(along, z)` with
-/// `along` = z less the rise of the helix. The keys are `along`.
-template <typename Radius>
-std::vector<Row> thread_lines(Maker& maker, const ScrewParameters& p, int columns,
-                              const BasicProfile& profile, double height, const Radius& radius) {
-  const std::vector<double> rows = profile.rows(p.contact_edge);
-  std::vector<Row> lines(static_cast<std::size_t>(columns));
-  const double least = 0.02 * p.pitch;  // nearer to an end, a row would make needles
-  for (int i = 0; i < columns; ++i) {
-    Row& line = lines[static_cast<std::size_t>(i)];
-    const double angle = 2.0 * kPi * i / columns, rise = p.pitch * i / columns;
-    const auto add = [&](double z) {
-      line.vertex.push_back(maker.vertex(cylindrical(radius(z - rise, z), angle, z)));
-      line.key.push_back(z - rise);
-    };
-    add(0.0);
-    const int turns = static_cast<int>(std::ceil(height / p.pitch)) + 1;
-    for (int turn = -2; turn <= turns; ++turn)
-      for (const double row : rows) {
-        const double z = (turn + row) * p.pitch + rise;
-        if (z > least && z < height - least) add(z);
-      }
-    add(height);
-  }
-  return lines;
-}
-
-void join_lines(Maker& maker, const ScrewParameters& p, std::vector<Row> lines, bool outwards) {
-  const std::size_t count = lines.size();
-  for (std::size_t i = 0; i < count; ++i) {
-    Row next = lines[(i + 1) % count];
-    if (i + 1 == count)
-      for (double& key : next.key) key -= p.pitch;
-    // Keys of the same row differ by rounding.
-    for (Row* line : {&lines[i], &next})
-      for (double& key : line->key) key = std::round(key * 1e12) * 1e-12;
-    if (outwards) {
-      maker.strip(lines[i], next);
-    } else {
-      maker.strip(next, lines[i]);
-    }
-    if (i + 1 < count) lines[i + 1] = next;
-  }
-}
-
-std::vector<std::uint32_t> ends(const std::vector<Row>& lines, bool last) {
-  std::vector<std::uint32_t> ring;
-  for (const Row& line : lines) ring.push_back(last ? line.vertex.back() : line.vertex.front());
-  return ring;
-}
-
-std::vector<std::uint32_t> hexagon(Maker& maker, const ScrewParameters& p, int columns, double z) {
-  std::vector<std::uint32_t> ring;
-  for (int i = 0; i < columns; ++i) {
-    const double angle = 2.0 * kPi * i / columns;
-    const double from_flat = std::remainder(angle - kPi / 6.0, kPi / 3.0);
-    ring.push_back(maker.vertex(cylindrical(0.5 * p.across_flats / std::cos(from_flat), angle, z)));
-  }
-  return ring;
-}
 
 void check(const ScrewParameters& p) {
   for (const auto& [name, columns] : {std::pair{"bolt", p.bolt_columns}, std::pair{"nut", p.nut_columns}})
@@ -209,18 +59,17 @@ ScrewParameters iso_metric(int size) {
 
 Solid make_bolt(const ScrewParameters& p) {
   check(p);
-  Maker maker("bolt");
-  const BasicProfile profile(p, p.clearance);
+  MeshMaker maker("bolt");
+  const BasicProfile profile(p.diameter, p.pitch, p.clearance);
   // Chamfered at 45 degrees to below the root.
-  const double end_radius = profile.root_radius - 0.1 * p.pitch;
-  const auto lines = thread_lines(maker, p, p.bolt_columns, profile, p.length, [&](double along, double z) {
-    return std::min(profile.radius(along), end_radius + p.length - z);
-  });
-  join_lines(maker, p, lines, true);
-  maker.fan(ends(lines, true), {0.0, 0.0, p.length});
-  const auto bearing = hexagon(maker, p, p.bolt_columns, 0.0),
-             back = hexagon(maker, p, p.bolt_columns, -p.head_height);
-  maker.ring(bearing, ends(lines, false));
+  const double end_radius = profile.root_radius() - 0.1 * p.pitch;
+  const ThreadEnds thread = add_thread(
+      maker, {p.pitch, 0.0, p.length, p.bolt_columns, profile.rows(p.contact_edge), true},
+      [&](double along, double z) { return std::min(profile.radius(along), end_radius + p.length - z); });
+  maker.fan(thread.upper, {0.0, 0.0, p.length});
+  const Ring bearing = maker.hexagon(p.across_flats, p.bolt_columns, 0.0),
+             back = maker.hexagon(p.across_flats, p.bolt_columns, -p.head_height);
+  maker.ring(bearing, thread.lower);
   maker.ring(back, bearing);
   maker.fan(reversed(back), {0.0, 0.0, -p.head_height});
   return maker.take();
@@ -228,20 +77,20 @@ Solid make_bolt(const ScrewParameters& p) {
 
 Solid make_nut(const ScrewParameters& p) {
   check(p);
-  Maker maker("nut");
-  const BasicProfile profile(p, 0.0);
+  MeshMaker maker("nut");
+  const BasicProfile profile(p.diameter, p.pitch, 0.0);
   // Countersunk at 120 degrees to a little more than the nominal diameter.
   const double end_radius = 0.52 * p.diameter, slope = std::tan(kPi / 3.0);
-  const auto lines =
-      thread_lines(maker, p, p.nut_columns, profile, p.nut_height, [&](double along, double z) {
-        return std::max(profile.radius(along), end_radius - slope * std::min(z, p.nut_height - z));
-      });
-  join_lines(maker, p, lines, false);
-  const auto lower = hexagon(maker, p, p.nut_columns, 0.0),
-             upper = hexagon(maker, p, p.nut_columns, p.nut_height);
+  const ThreadEnds thread =
+      add_thread(maker, {p.pitch, 0.0, p.nut_height, p.nut_columns, profile.rows(p.contact_edge), false},
+                 [&](double along, double z) {
+                   return std::max(profile.radius(along), end_radius - slope * std::min(z, p.nut_height - z));
+                 });
+  const Ring lower = maker.hexagon(p.across_flats, p.nut_columns, 0.0),
+             upper = maker.hexagon(p.across_flats, p.nut_columns, p.nut_height);
   maker.ring(lower, upper);
-  maker.ring(upper, ends(lines, true));
-  maker.ring(ends(lines, false), lower);
+  maker.ring(upper, thread.upper);
+  maker.ring(thread.lower, lower);
   return maker.take();
 }
 
@@ -289,7 +138,7 @@ Solid make_gear(const std::string& name, int teeth, const GearParameters& p) {
   if (foot_radius > root_radius) add(root_radius, foot_half);
   for (int i = 1; i < in_gap; ++i) add(root_radius, foot_half + (0.5 * step - foot_half) * i / in_gap);
 
-  Maker maker(name);
+  MeshMaker maker(name);
   const int layers = pieces(p.width);
   // One line along the width for each point of the outline: keys are z.
   std::vector<Row> outline;
@@ -333,6 +182,11 @@ Solid make_gear(const std::string& name, int teeth, const GearParameters& p) {
   return maker.take();
 }
 
+Solid make_gear_pin(const GearParameters& p) {
+  return make_peg("gear_pin",
+                  {p.bore_radius - p.pin_clearance, 2.0 * p.width, 0.1 * p.bore_radius, 64, p.width});
+}
+
 void make_screw_meshes(const std::filesystem::path& directory, const ScrewParameters& screw,
                        const GearParameters& gear) {
   std::filesystem::create_directories(directory);
@@ -342,6 +196,7 @@ void make_screw_meshes(const std::filesystem::path& directory, const ScrewParame
                {make_gear("pinion", gear.pinion_teeth, gear)});
   write_solids(directory, "wheel", "Spur gear with involute teeth.",
                {make_gear("wheel", gear.wheel_teeth, gear)});
+  write_solids(directory, "gear_pin", "Pin for the bores of the gears.", {make_gear_pin(gear)});
 }
 
 }  // namespace takt::meshes

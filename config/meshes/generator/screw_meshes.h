@@ -37,8 +37,9 @@ struct GearParameters {
   double pressure_angle = 0.3490658503988659;  ///< 20 degrees
   double width = 0.010;
   double bore_radius = 0.006;
-  double backlash = 5e-5;      ///< by which each tooth is thinner on the pitch circle
-  double contact_edge = 5e-4;  ///< of elements along flanks and width
+  double backlash = 5e-5;       ///< by which each tooth is thinner on the pitch circle
+  double pin_clearance = 2e-5;  ///< radial, of the pin in the bore
+  double contact_edge = 5e-4;   ///< of elements along flanks and width
   int pinion_teeth = 17, wheel_teeth = 34;
 };
 
@@ -46,7 +47,10 @@ struct GearParameters {
 /// distance module (teeth_1 + teeth_2) / 2 mesh if one is turned by half a tooth against the other.
 Solid make_gear(const std::string& name, int teeth, const GearParameters& p);
 
-/// bolt.obj, nut.obj, pinion.obj and wheel.obj.
+/// A pin for the bores, twice as long as the gears are wide. Origin: centre of its lower end.
+Solid make_gear_pin(const GearParameters& p);
+
+/// bolt.obj, nut.obj, pinion.obj, wheel.obj and gear_pin.obj.
 void make_screw_meshes(const std::filesystem::path& directory, const ScrewParameters& screw = {},
                        const GearParameters& gear = {});
 

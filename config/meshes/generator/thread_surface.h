@@ -1,0 +1,59 @@
+#pragma once
+// Threaded surfaces: the profile of a thread wound along a helix of one start, right-handed.
+#include <functional>
+#include <vector>
+
+#include "config/meshes/generator/mesh_maker.h"
+
+namespace takt::meshes {
+
+/// Radius of one pitch over the axis, symmetric about the crest of the bolt at 0.
+class ThreadProfile {
+ public:
+  virtual ~ThreadProfile() = default;
+  virtual double radius(double along) const = 0;
+  /// Where rows of vertices run, in pitches from the crest, ascending within one pitch; the pieces
+  /// of flanks are at most `edge` long.
+  virtual std::vector<double> rows(double edge) const = 0;
+};
+
+/// The basic profile of ISO 68-1: flanks at 30 degrees to the normal of the axis, flat crests and roots.
+class BasicProfile : public ThreadProfile {
+ public:
+  BasicProfile(double diameter, double pitch, double inwards);
+  double radius(double along) const override;
+  std::vector<double> rows(double edge) const override;
+  double root_radius() const { return root_radius_; }
+
+ private:
+  double pitch_, crest_radius_, root_radius_;
+};
+
+/// Equal arcs for crests and roots that meet tangentially on the flanks, as in IEC 60061 (E14, E27, E40).
+class KnuckleProfile : public ThreadProfile {
+ public:
+  KnuckleProfile(double crest_radius, double root_radius, double pitch);
+  double radius(double along) const override;
+  std::vector<double> rows(double edge) const override;
+  double arc_radius() const { return arc_radius_; }
+
+ private:
+  double crest_radius_, root_radius_, pitch_, arc_radius_;
+};
+
+/// A surface with its lower end at `from` in z and `height` above it; the crest is at angle 0 and z = from.
+struct ThreadSurface {
+  double pitch = 0.0, from = 0.0, height = 0.0;
+  int columns = 0;           ///< vertices around
+  std::vector<double> rows;  ///< ThreadProfile::rows
+  bool outwards = true;      ///< of a bolt; else of a nut
+};
+/// Lower and upper ring of the surface. `radius(along, z)`: `along` is z less the rise of the helix, both from
+/// the lower end.
+struct ThreadEnds {
+  Ring lower, upper;
+};
+ThreadEnds add_thread(MeshMaker& maker, const ThreadSurface& surface,
+                      const std::function<double(double along, double z)>& radius);
+
+}  // namespace takt::meshes
