@@ -71,6 +71,16 @@ void follow(lua_State* L, Way way, const Use& use) {
     follow(self.state(), FieldInfo{}, names, way.subspan(1), use);
 }
 
+/// Brings up to date what the key of index_view may lead to. Names and sizes always are.
+void look(lua_State* L, Way way) {
+  if (way[0] != kState || way.size() < 3) return;
+  const std::string_view list =
+      message_info<takt_msgs::msg::CellState>().fields[static_cast<std::size_t>(way[1])].name;
+  const bool is_field = way.size() == 3 && lua_type(L, 2) == LUA_TSTRING;
+  (void)program(L).state(part_of(list, is_field ? to_name(L, 2) : std::string_view{}),
+                         static_cast<std::size_t>(way[2]));
+}
+
 std::string_view short_name(const MessageInfo& message) {
   return message.name.substr(message.name.rfind('/') + 1);
 }
@@ -255,6 +265,7 @@ int index_view(lua_State* L) {
     constexpr int description[] = {kDescription};
     push_view(L, description);
   } else {
+    look(L, way);
     follow(L, way, Indexing{L, way});
   }
   return 1;

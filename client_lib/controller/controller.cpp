@@ -73,11 +73,14 @@ struct Controller::Impl {
     fault.clear();
   }
 
-  void check(const CellState& state) const {
+  void check_fits(const CellState& state) const {
     if (!fits(state, names, names))
       throw std::runtime_error(
           "the state does not fit the description of the cell: other numbers of components, robots, joints, "
           "grippers, devices or signals, or an index beyond them");
+  }
+
+  void check_time(const CellState& state) const {
     if (!std::isfinite(state.time)) throw std::runtime_error("the time of the state is not finite");
     if (started && state.time < last_time_s) {
       throw std::runtime_error("time went back from " + std::to_string(last_time_s) + " s to " +
@@ -98,11 +101,12 @@ struct Controller::Impl {
     started = true;
   }
 
-  void update(const CellState& state) {
-    check(state);
-    if (!started) start(state);
+  void update(StateSource& source) {
+    const CellState& state = source.read(StatePart::instant, 0);
+    check_time(state);
+    if (!started) start(source.read(StatePart::machines, 0));
     last_time_s = state.time;
-    program->run(state);
+    program->run(source);
     for (JointSetPoint& joints : output.joints) {
       try {
         const ArmSetPoint& set_point = robots[static_cast<size_t>(joints.robot)].advance(state.time);
@@ -154,9 +158,23 @@ const std::vector<int>& Controller::driven_devices() const {
 }
 
 const Output& Controller::update(const CellState& state) {
+  struct Whole : StateSource {
+    Whole(const Impl& checker, const CellState& message) : impl(checker), state(message) {}
+    const CellState& read(StatePart part, std::size_t) override {
+      if (part == StatePart::instant && !std::exchange(checked, true)) impl.check_fits(state);
+      return state;
+    }
+    const Impl& impl;
+    const CellState& state;
+    bool checked = false;
+  } whole(*impl_, state);
+  return update(whole);
+}
+
+const Output& Controller::update(StateSource& source) {
   if (!impl_->fault.empty()) throw std::runtime_error(impl_->fault);
   try {
-    impl_->update(state);
+    impl_->update(source);
   } catch (const std::exception& error) {
     impl_->fault = error.what();
     throw std::runtime_error(impl_->fault);

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "client_lib/controller/state_source.h"
 #include "plant_models/robot/arm_kinematics.h"
 #include "takt_msgs.h"
 
@@ -77,6 +78,8 @@ class Controller {
   /// (with file and line), on an unreachable target, on a joint or speed limit, and where the state does not fit the
   /// description.
   const Output& update(const takt_msgs::msg::CellState& state);
+  /// The same with a state that fits the description, of which only what the program reads is made.
+  const Output& update(StateSource& source);
 
   /// Back to the start of the program (after a reset of the cell).
   void restart();

@@ -75,8 +75,14 @@ const takt_msgs::msg::CellState& Program::state() const {
   return *state_;
 }
 
-void Program::run(const takt_msgs::msg::CellState& state) {
-  state_ = &state;
+const takt_msgs::msg::CellState& Program::state(StatePart part, std::size_t component) const {
+  (void)state();
+  return source_->read(part, component);
+}
+
+void Program::run(StateSource& source) {
+  source_ = &source;
+  state_ = &source.read(StatePart::instant, 0);
   lua_.refill();
   for (bool progress = true; progress;) {
     progress = false;

@@ -10,6 +10,7 @@
 #include "client_lib/controller/controller.h"
 #include "client_lib/controller/lua_sandbox.h"
 #include "client_lib/controller/robot_driver.h"
+#include "client_lib/controller/state_source.h"
 #include "idl/common/named_lists.h"
 
 namespace takt::controller {
@@ -40,13 +41,15 @@ class Program {
 
   /// Runs every routine up to its next wait. The routines run in the order of the robots, in rounds, until all
   /// of them wait. So a signal takes effect in the same period, whichever routine gives it.
-  void run(const takt_msgs::msg::CellState& state);
+  void run(StateSource& source);
   bool finished() const;
   void keep_steps(std::vector<ProgramStep>* steps) { context_.steps = steps; }
 
   const ProgramContext& context() const { return context_; }
   /// State of the present update. Throws while the program is loaded, before the first update.
   const takt_msgs::msg::CellState& state() const;
+  /// The same, in which at least this part is up to date.
+  const takt_msgs::msg::CellState& state(StatePart part, std::size_t component) const;
 
   /// Text of an error in the motion that the robot's routine waits for, with file and line of the call.
   std::string located(int robot, const std::string& reason) const;
@@ -81,7 +84,8 @@ class Program {
   void check_parameters(const std::string& file) const;
 
   ProgramContext context_;
-  const takt_msgs::msg::CellState* state_ = nullptr;  ///< of the update under way
+  StateSource* source_ = nullptr;                     ///< of the update under way
+  const takt_msgs::msg::CellState* state_ = nullptr;  ///< its state
   std::vector<Routine> routines_;                     ///< in the order of the robots
   Routine* current_ = nullptr;                        ///< the routine that is running
   std::set<int> devices_;

@@ -4,17 +4,6 @@
 
 namespace takt {
 
-BodyBox bounding_box(const std::vector<ConvexShape>& shapes) {
-  if (shapes.empty()) return {};
-  Vec3 lower = shapes.front().box.center_B - shapes.front().box.half_B;
-  Vec3 upper = shapes.front().box.center_B + shapes.front().box.half_B;
-  for (const ConvexShape& shape : shapes) {
-    lower = lower.cwiseMin(shape.box.center_B - shape.box.half_B);
-    upper = upper.cwiseMax(shape.box.center_B + shape.box.half_B);
-  }
-  return {0.5 * (lower + upper), 0.5 * (upper - lower)};
-}
-
 double translational_stiffness(double mass_kg, double gravity_m_per_s2, double allowed_error_m) {
   return mass_kg * gravity_m_per_s2 / allowed_error_m;  // (5.7)
 }

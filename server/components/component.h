@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "server/geometry/convex/overlap.h"
+#include "server/geometry/convex/convex_parts.h"
 #include "takt_enumerations.h"
 
 namespace takt {
@@ -26,7 +26,7 @@ struct Component {
   ComponentType type = ComponentType::part;
   int hierarchy = 0;  ///< Parts only; higher is further down the assembly (thesis 3.4.2)
   /// Decomposition for the collision check, in B; empty for the palm of a gripper.
-  std::vector<ConvexShape> convex;
+  ConvexParts convex;
   BodyBox box;  ///< bounds of all convex shapes
 
   // Parts only.
@@ -39,9 +39,6 @@ struct Component {
   int gripper = -1;  ///< index into CellModel::grippers
   GripperRole role = GripperRole::none;
 };
-
-/// Bounds of several convex shapes.
-BodyBox bounding_box(const std::vector<ConvexShape>& shapes);
 
 /// Spring constant from the static position error that the weight may cause, thesis (5.6) to (5.8): k = m g /
 /// error.

@@ -16,7 +16,7 @@
 #include "plant_models/device_model.h"
 #include "server/devices/signal_table.h"
 #include "server/fields/fields.h"
-#include "server/geometry/mesh/triangle_mesh.h"
+#include "server/geometry/surface/shared_mesh.h"
 #include "server/simulation/model/cell_model.h"
 #include "server/simulation/model/model_digest.h"
 
@@ -32,13 +32,12 @@ struct HeldBy {
 /// Arguments and results of the construction of a device, while a cell is built.
 class DeviceBuilder {
  public:
-  DeviceBuilder(const std::vector<TriangleMesh>& meshes_by_component, double temperature_degC,
-                CellModel& model)
+  DeviceBuilder(const SharedMeshes& meshes_by_component, double temperature_degC, CellModel& model)
       : meshes(meshes_by_component), surroundings_degC(temperature_degC), cell(model) {}
 
-  std::string name;                         ///< of the device
-  int component = -1;                       ///< the Part that the device belongs to
-  const std::vector<TriangleMesh>& meshes;  ///< by component
+  std::string name;            ///< of the device
+  int component = -1;          ///< the Part that the device belongs to
+  const SharedMeshes& meshes;  ///< by component
   double surroundings_degC;
   CellModel& cell;
   /// Parts that have a temperature.

@@ -30,7 +30,7 @@ void build(const ScenarioHeat& s, DeviceBuilder& b) {
   p.capacity_J_per_K = b.cell.components[id].mass_kg * s.specific_heat_J_per_kg_K;
   p.initial_K = kelvin(s.temperature_degC.value_or(b.surroundings_degC));
   p.environment_K = kelvin(b.surroundings_degC);
-  p.surface_m2 = s.surface_m2.value_or(surface_of(b.meshes[id]));
+  p.surface_m2 = s.surface_m2.value_or(surface_of(b.meshes[id]->mesh()));
   p.cooling_W_per_m2_K = s.cooling_W_per_m2_K;
   b.add<HeatedPart>(
       p, {reported("temperature", "degC"), reported("heat_flow", "W"), reported("energy_lost", "J")});

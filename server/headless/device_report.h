@@ -11,7 +11,7 @@
 namespace takt {
 
 struct ConsumedEnergy {
-  std::string consumer;
+  std::string_view consumer;  ///< a name of the cell
   double energy_J = 0.0, power_W = 0.0;
 };
 /// Of every robot above level of detail 1, and of every device that has signals energy (J) and power (W).

@@ -3,7 +3,6 @@
 #include <stdexcept>
 
 #include "server/messages/description_message.h"
-#include "server/messages/instant_messages.h"
 
 namespace takt {
 
@@ -11,9 +10,8 @@ InProcessController::InProcessController(const std::string& program_file, const 
                                          const controller::Parameters& parameters)
     : description_(to_message(simulation.description(), "")),
       controller_(program_file, description_, parameters),
-      state_(make_state_message(simulation.description())),
-      step_s_(simulation.description().step_s),
-      snapshot_(simulation.make_snapshot()) {
+      view_(simulation),
+      step_s_(simulation.description().step_s) {
   commands_.reserve(controller_.driven_robots().size() + controller_.driven_grippers().size() +
                     controller_.driven_devices().size());
   for (const int device : controller_.driven_devices()) device_commands_.push_back({{device, {}, {}}, {}});
@@ -38,9 +36,8 @@ std::span<const Command> InProcessController::commands(const Simulation& simulat
   // A period shorter than the step: several boundaries fall on one step, the program runs once.
   while (period_boundary_step(boundary_, controller_.period_s(), step_s_) <= simulation.step_index())
     ++boundary_;
-  simulation.read_snapshot(snapshot_);
-  fill(state_, simulation.description(), snapshot_);
-  const controller::Output& output = controller_.update(state_);
+  view_.look_at(simulation);
+  const controller::Output& output = controller_.update(view_);
   finished_ = output.finished;
   for (const controller::JointSetPoint& set_point : output.joints) {
     JointCommand command;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "client_lib/controller/controller.h"
+#include "server/headless/program_view.h"
 #include "server/simulation/step/simulation.h"
 
 namespace takt {
@@ -21,6 +22,8 @@ class InProcessController {
   std::span<const Command> commands(const Simulation& simulation);
   bool finished() const { return finished_; }
   double period_s() const { return controller_.period_s(); }
+  /// Instants of which the program read everything, forces included.
+  std::uint64_t whole_reads() const { return view_.whole_reads(); }
   /// Steps of the program's routines, after keep_steps().
   void keep_steps() { controller_.keep_steps(); }
   const std::vector<controller::ProgramStep>& steps() const { return controller_.steps(); }
@@ -31,9 +34,8 @@ class InProcessController {
 
   takt_msgs::msg::CellDescription description_;
   controller::Controller controller_;
-  takt_msgs::msg::CellState state_;
+  ProgramView view_;
   double step_s_;
-  Snapshot snapshot_;
   std::vector<Command> commands_;
   /// Of each driven device: the last checked set-point, and its command.
   std::vector<std::pair<controller::DeviceSetPoint, DeviceCommand>> device_commands_;

@@ -1,6 +1,7 @@
 #include "server/headless/instant_json.h"
 
 #include <algorithm>
+#include <memory>
 
 #include "client_lib/recording/message_json.h"
 #include "idl/common/eigen_messages.h"
@@ -11,7 +12,8 @@ namespace takt {
 namespace {
 
 Named names_of(CellDescription cell) {
-  for (ComponentDescription& component : cell.components) component.vertices = {}, component.triangles = {};
+  for (ComponentDescription& component : cell.components)
+    component.mesh = std::make_shared<const DescribedMesh>();
   return named_lists(to_message(cell, ""));
 }
 

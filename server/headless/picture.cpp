@@ -14,12 +14,13 @@ render::Mesh component_mesh(const ComponentDescription& component, const Compone
   render::Mesh mesh;
   mesh.X_WB = Pose::from_quaternion(sample.p_WB, sample.q_WB);
   mesh.color = {component.color[0], component.color[1], component.color[2]};
-  for (std::size_t i = 0; i + 2 < component.vertices.size(); i += 3) {
-    mesh.vertices.emplace_back(component.vertices[i], component.vertices[i + 1], component.vertices[i + 2]);
+  for (std::size_t i = 0; i + 2 < component.mesh->vertices.size(); i += 3) {
+    mesh.vertices.emplace_back(component.mesh->vertices[i], component.mesh->vertices[i + 1],
+                               component.mesh->vertices[i + 2]);
   }
-  for (std::size_t i = 0; i + 2 < component.triangles.size(); i += 3) {
+  for (std::size_t i = 0; i + 2 < component.mesh->triangles.size(); i += 3) {
     mesh.triangles.push_back(
-        {component.triangles[i], component.triangles[i + 1], component.triangles[i + 2]});
+        {component.mesh->triangles[i], component.mesh->triangles[i + 1], component.mesh->triangles[i + 2]});
   }
   return mesh;
 }

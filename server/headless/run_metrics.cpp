@@ -32,7 +32,7 @@ RunMetricsRecorder::RunMetricsRecorder(const Simulation& simulation, double peri
     }
   }
   for (const ConsumedEnergy& one : consumed_energies(cell_, snapshot_))
-    numbers_.consumers.push_back({one.consumer, 0.0, {}});
+    numbers_.consumers.push_back({std::string(one.consumer), 0.0, {}});
   energies_J_.resize(numbers_.consumers.size());
   const auto dynamic = [](const RobotSample& robot) { return robot.level_of_detail > 1; };
   every_step_ =
@@ -43,7 +43,7 @@ void RunMetricsRecorder::note(const Simulation& simulation) {
   const double step_s = cell_.step_s;
   const bool due = simulation.step_index() == period_boundary_step(next_, period_s_, step_s);
   if (!due && !every_step_) return;
-  simulation.read_snapshot(snapshot_);
+  simulation.read_loads(snapshot_);
   note_extremes();
   if (!due) return;
   while (period_boundary_step(next_, period_s_, step_s) <= simulation.step_index()) ++next_;
@@ -110,7 +110,7 @@ void RunMetricsRecorder::note_curves() {
     energies_J_[i].push_back(i < energies.size()      ? energies[i].energy_J
                              : energies_J_[i].empty() ? 0.0
                                                       : energies_J_[i].back());
-    if (i < energies.size()) add("Power", energies[i].consumer, "W", energies[i].power_W);
+    if (i < energies.size()) add("Power", std::string(energies[i].consumer), "W", energies[i].power_W);
   }
   for (std::size_t r = 0; r < cell_.robots.size(); ++r) {
     const RobotSample& sample = snapshot_.robots[r];
@@ -171,7 +171,7 @@ double RunMetricsRecorder::energy_at(std::size_t consumer, double time_s) const 
 
 RunMetrics RunMetricsRecorder::finish(const Simulation& simulation,
                                       const std::vector<controller::ProgramStep>& steps) {
-  simulation.read_snapshot(snapshot_);
+  simulation.read_loads(snapshot_);
   note_extremes();
   for (const auto& [pair, most] : contacts_) numbers_.contacts.push_back(most);
   for (const auto& [pair, most] : holding_) {

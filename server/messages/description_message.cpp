@@ -54,9 +54,9 @@ takt_msgs::msg::Transform to_transform(const Pose& X) {
 }
 
 takt_msgs::msg::ComponentDescription to_message(const ComponentDescription& component) {
-  if (component.triangles.size() / 3 > kMaxTriangles)
+  if (component.mesh->triangles.size() / 3 > kMaxTriangles)
     throw MessageError("The mesh of '" + component.name + "' has " +
-                       std::to_string(component.triangles.size() / 3) +
+                       std::to_string(component.mesh->triangles.size() / 3) +
                        " triangles; messages have room for " + std::to_string(kMaxTriangles) + ".");
   takt_msgs::msg::ComponentDescription message;
   message.name = component.name;
@@ -65,8 +65,8 @@ takt_msgs::msg::ComponentDescription to_message(const ComponentDescription& comp
   message.mass = component.mass_kg;
   message.center_of_mass = to_vector(component.p_BBcm);
   message.mesh_uri = utf8_sanitize(component.mesh_uri);
-  message.vertices = component.vertices;
-  message.triangles = component.triangles;
+  message.vertices = component.mesh->vertices;
+  message.triangles = component.mesh->triangles;
   message.color = {component.color.begin(), component.color.end()};
   return message;
 }

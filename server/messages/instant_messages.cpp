@@ -11,7 +11,7 @@ namespace {
 
 /// The common header of all messages of an instant.
 template <typename Type>
-void fill_instant(Type& message, const Snapshot& snapshot) {
+void fill_header(Type& message, const Snapshot& snapshot) {
   message.stamp = to_time(snapshot.time_s);
   message.time = snapshot.time_s;
   message.step = snapshot.step;
@@ -56,21 +56,31 @@ takt_msgs::msg::CellState make_state_message(const CellDescription& cell) {
   return message;
 }
 
+void fill_instant(takt_msgs::msg::CellState& message, const Snapshot& snapshot) {
+  fill_header(message, snapshot);
+  message.state_hash = snapshot.state_hash;
+}
+
+void fill(takt_msgs::msg::ComponentState& message, const ComponentSample& sample) {
+  message.position = to_vector(sample.p_WB);
+  message.orientation = to_quaternion(sample.q_WB);
+  message.linear_velocity = to_vector(sample.V_WB.v);
+  message.angular_velocity = to_vector(sample.V_WB.w);
+  message.force = to_vector(sample.F_Bo_W.f);
+  message.torque = to_vector(sample.F_Bo_W.t);
+  message.state = sample.state;
+  message.partner = sample.partner;
+}
+
 void fill(takt_msgs::msg::CellState& message, const CellDescription& cell, const Snapshot& snapshot) {
   fill_instant(message, snapshot);
-  message.state_hash = snapshot.state_hash;
-  for (std::size_t i = 0; i < snapshot.components.size(); ++i) {
-    const ComponentSample& sample = snapshot.components[i];
-    auto& component = message.components[i];
-    component.position = to_vector(sample.p_WB);
-    component.orientation = to_quaternion(sample.q_WB);
-    component.linear_velocity = to_vector(sample.V_WB.v);
-    component.angular_velocity = to_vector(sample.V_WB.w);
-    component.force = to_vector(sample.F_Bo_W.f);
-    component.torque = to_vector(sample.F_Bo_W.t);
-    component.state = sample.state;
-    component.partner = sample.partner;
-  }
+  for (std::size_t i = 0; i < snapshot.components.size(); ++i)
+    fill(message.components[i], snapshot.components[i]);
+  fill_machines(message, cell, snapshot);
+}
+
+void fill_machines(takt_msgs::msg::CellState& message, const CellDescription& cell,
+                   const Snapshot& snapshot) {
   for (std::size_t i = 0; i < snapshot.robots.size(); ++i) {
     const RobotSample& sample = snapshot.robots[i];
     auto& robot = message.robots[i];
@@ -122,7 +132,7 @@ bool has_content(const takt_msgs::msg::Contacts&, const CellDescription&, const 
 }
 
 void fill(takt_msgs::msg::Power& message, const CellDescription& cell, const Snapshot& snapshot) {
-  fill_instant(message, snapshot);
+  fill_header(message, snapshot);
   message.consumers.resize(count_consumers(cell, snapshot));
   std::size_t place = 0;
   for (std::size_t i = 0; i < snapshot.robots.size(); ++i) {
@@ -158,7 +168,7 @@ takt_msgs::msg::Contact to_message(const ContactSample& sample) {
 }
 
 void fill(takt_msgs::msg::Contacts& message, const CellDescription& cell, const Snapshot& snapshot) {
-  fill_instant(message, snapshot);
+  fill_header(message, snapshot);
   message.scenario_generation = cell.scenario_generation;
   const std::span<const ContactSample> pressing = snapshot.contacts.pressing();
   message.contacts.resize(pressing.size());
@@ -199,7 +209,7 @@ void fill(sensor_msgs::msg::JointState& message, const Snapshot& snapshot, std::
 
 void fill(takt_msgs::msg::ContactPressures& message, const CellDescription& cell, const Snapshot& snapshot,
           const std::vector<PressedPair>& pairs) {
-  fill_instant(message, snapshot);
+  fill_header(message, snapshot);
   message.scenario_generation = cell.scenario_generation;
   message.pairs.resize(pairs.size());
   for (std::size_t i = 0; i < pairs.size(); ++i) {

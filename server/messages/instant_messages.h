@@ -20,6 +20,10 @@ takt_msgs::msg::CellState make_state_message(const CellDescription& cell);
 // Of the messages of an instant: fill() does not allocate from the second time on.
 
 void fill(takt_msgs::msg::CellState& message, const CellDescription& cell, const Snapshot& snapshot);
+// Its parts: time, step and hash; one component; all others.
+void fill_instant(takt_msgs::msg::CellState& message, const Snapshot& snapshot);
+void fill(takt_msgs::msg::ComponentState& message, const ComponentSample& sample);
+void fill_machines(takt_msgs::msg::CellState& message, const CellDescription& cell, const Snapshot& snapshot);
 /// The robots that have dynamics at this instant, then the devices with a meter.
 void fill(takt_msgs::msg::Power& message, const CellDescription& cell, const Snapshot& snapshot);
 void fill(takt_msgs::msg::Contacts& message, const CellDescription& cell, const Snapshot& snapshot);

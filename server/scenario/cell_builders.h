@@ -1,10 +1,11 @@
 #pragma once
 // The steps of build_cell, each in a source of its own.
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
-#include "server/geometry/mesh/quality.h"
+#include "server/geometry/surface/shared_mesh.h"
 #include "server/scenario/scenario.h"
 #include "server/scenario/urdf_arm.h"
 #include "server/simulation/model/cell_model.h"
@@ -16,11 +17,13 @@ namespace takt {
 
 /// The file's solid, repaired; a note for each repair and warning. Throws MeshError for a mesh that bounds no
 /// solid.
-TriangleMesh import_component_mesh(const std::string& component, const std::filesystem::path& file,
-                                   double scale, CellModel& cell);
+std::shared_ptr<SharedMesh> import_component_mesh(const std::string& component,
+                                                  const std::filesystem::path& file, double scale,
+                                                  MeshLibrary& library, CellModel& cell);
 
 /// A note for each warning of check_mesh_quality.
-void note_contact_risks(const TriangleMesh& mesh, const MeshQualityOptions& options, CellModel& cell);
+void note_contact_risks(const std::string& component, SharedMesh& mesh, double element_edge_m,
+                        bool carries_elements, CellModel& cell);
 
 // dynamics_builder.cpp: the dynamics of each robot, from its drives, power, grippers and trajectory.
 
@@ -33,16 +36,19 @@ void add_dynamics(const Scenario& scenario, const std::vector<UrdfArm>& arms, Ce
 
 /// Fills cell.contact if the scenario has a section `contact` or a process of level of detail 3. `meshes`: by
 /// component. Throws ScenarioError for names that fit no component or pair.
-void add_contact(const Scenario& scenario, const std::vector<TriangleMesh>& meshes, CellModel& cell);
+void add_contact(const Scenario& scenario, const SharedMeshes& meshes, CellModel& cell);
 
 /// Fills GripperModel::friction, of jaws on Parts, from the section on surface contact, at every level.
 void add_grip_friction(const Scenario& scenario, CellModel& cell);
 
-/// Options of check_mesh_quality for the mesh of a component (a jaw: gripper/left_jaw): the edge to which it
-/// is divided, and whether it can carry elements. A role stated in the scenario replaces
-/// `usually_carries_elements`.
-MeshQualityOptions mesh_quality_options(const Scenario& scenario, const std::string& component,
-                                        const TriangleMesh& mesh, bool usually_carries_elements);
+/// How the mesh of a component (a jaw: gripper/left_jaw) is used in surface contact.
+struct MeshUse {
+  double element_edge_m = 0.0;    ///< to which it is divided
+  bool carries_elements = false;  ///< whether it can carry elements
+};
+/// A role stated in the scenario replaces `usually_carries_elements`.
+MeshUse mesh_use(const Scenario& scenario, const std::string& component, const SharedMesh& mesh,
+                 bool usually_carries_elements);
 
 // collision_checking.cpp: the bodies and pairs that a cell checks, from the section `collision_checking`.
 
@@ -57,7 +63,7 @@ MeshQualityOptions mesh_quality_options(const Scenario& scenario, const std::str
 /// Excluded are pairs without relative motion, and pairs that the scenario ignores. Throws ScenarioError for
 /// a name that fits no pair, UrdfError, MeshError.
 void add_collision_checking(const Scenario& scenario, const std::vector<UrdfArm>& arms,
-                            const std::vector<TriangleMesh>& meshes, CellModel& cell);
+                            const SharedMeshes& meshes, CellModel& cell);
 
 /// True if the name is that of a Part deleted by request: rules that name it have no effect and are no
 /// mistake.
@@ -71,6 +77,6 @@ inline constexpr double kLargestFit = 0.01;
 
 /// Fills cell.start_overlaps, with a note for each. The test uses the meshes (by component) at their initial
 /// poses and skips pairs that a thread joins or that `world.allow_overlap` names.
-void find_start_overlaps(const Scenario& scenario, const std::vector<TriangleMesh>& meshes, CellModel& cell);
+void find_start_overlaps(const Scenario& scenario, const SharedMeshes& meshes, CellModel& cell);
 
 }  // namespace takt

@@ -34,7 +34,7 @@ void add_links(const Scenario& scenario, const std::vector<UrdfArm>& arms, CellM
   }
 }
 
-void add_components(const Scenario& scenario, const std::vector<TriangleMesh>& meshes, CellModel& cell) {
+void add_components(const Scenario& scenario, const SharedMeshes& meshes, CellModel& cell) {
   for (std::size_t c = 0; c < cell.components.size(); ++c) {
     const Component& component = cell.components[c];
     CheckedBody body;
@@ -43,7 +43,7 @@ void add_components(const Scenario& scenario, const std::vector<TriangleMesh>& m
     body.moves = component.type != ComponentType::ground;
     body.is_part = component.type == ComponentType::part;
     for (const ConvexShape& shape : component.convex) body.shapes.push_back(plain(shape));
-    if (component.type != ComponentType::gripper) body.solid = std::make_shared<const SolidProbe>(meshes[c]);
+    if (component.type != ComponentType::gripper) body.solid = meshes[c]->probe();
     if (component.type == ComponentType::gripper) {
       const auto gripper = static_cast<std::size_t>(component.gripper);
       body.robot = cell.grippers[gripper].parameters.robot;
@@ -127,7 +127,7 @@ bool fits_a_deleted_part(const Scenario& scenario, const std::string& pattern) {
 }
 
 void add_collision_checking(const Scenario& scenario, const std::vector<UrdfArm>& arms,
-                            const std::vector<TriangleMesh>& meshes, CellModel& cell) {
+                            const SharedMeshes& meshes, CellModel& cell) {
   const ScenarioCollisionChecking& checking = scenario.collision_checking;
   cell.clearance = {};
   cell.clearance.enabled = true;

@@ -50,9 +50,9 @@ ScenarioContactComponent of_component(const Scenario& scenario, const std::strin
 }
 
 double element_edge_m(const Scenario& scenario, const ScenarioContactComponent& said,
-                      const TriangleMesh& mesh) {
+                      const SharedMesh& mesh) {
   if (said.element_edge_m) return *said.element_edge_m;
-  return scenario.contact.element_edge_m.value_or(default_element_edge_m(mesh));
+  return scenario.contact.element_edge_m.value_or(mesh.default_element_edge_m());
 }
 
 /// 1: of two components the first is the Base, from a pair entry or from the components' entries; -1: the second;
@@ -204,7 +204,7 @@ void add_grip_friction(const Scenario& scenario, CellModel& cell) {
   }
 }
 
-void add_contact(const Scenario& scenario, const std::vector<TriangleMesh>& meshes, CellModel& cell) {
+void add_contact(const Scenario& scenario, const SharedMeshes& meshes, CellModel& cell) {
   if (!scenario.contact.given && !scenario.begins_with_contact()) return;
   ContactModel& contact = cell.contact;
   contact.enabled = true;
@@ -214,17 +214,10 @@ void add_contact(const Scenario& scenario, const std::vector<TriangleMesh>& mesh
   contact.parallel = scenario.contact.parallel;
   require_known(scenario, cell);
   std::vector<ScenarioContactComponent> said;
-  std::vector<ContactSurfaceOptions> surface_options;
   for (std::size_t c = 0; c < cell.components.size(); ++c) {
     said.push_back(of_component(scenario, cell.components[c].name));
-    const ContactSurfaceOptions options{element_edge_m(scenario, said[c], meshes[c])};
-    surface_options.push_back(options);
-    // The right jaw is the left one turned.
-    const bool shared =
-        cell.components[c].role == GripperRole::right_jaw && options == surface_options[c - 1];
     try {
-      contact.surfaces.push_back(shared ? contact.surfaces.back()
-                                        : std::make_shared<const ContactSurface>(meshes[c], options));
+      contact.surfaces.push_back(meshes[c]->surface({element_edge_m(scenario, said[c], *meshes[c])}));
     } catch (const std::invalid_argument& error) {
       throw ScenarioError(scenario.file.string() + ": " + cell.components[c].name + " (" +
                           cell.description.components[c].mesh_uri + "): contact: " + error.what());
@@ -233,15 +226,11 @@ void add_contact(const Scenario& scenario, const std::vector<TriangleMesh>& mesh
   add_pairs(scenario, said, cell);
 }
 
-MeshQualityOptions mesh_quality_options(const Scenario& scenario, const std::string& component,
-                                        const TriangleMesh& mesh, bool usually_carries_elements) {
+MeshUse mesh_use(const Scenario& scenario, const std::string& component, const SharedMesh& mesh,
+                 bool usually_carries_elements) {
   const ScenarioContactComponent said = of_component(scenario, component);
-  MeshQualityOptions options;
-  options.component = component;
-  options.element_edge_m = element_edge_m(scenario, said, mesh);
-  options.carries_elements =
-      said.role == ContactRole::by_rule ? usually_carries_elements : said.role == ContactRole::base;
-  return options;
+  return {element_edge_m(scenario, said, mesh),
+          said.role == ContactRole::by_rule ? usually_carries_elements : said.role == ContactRole::base};
 }
 
 }  // namespace takt

@@ -51,45 +51,72 @@ ConvexImporter::ConvexImporter(const Scenario& scenario, const ImportOptions& op
 
 std::vector<ConvexShape> ConvexImporter::shapes(const std::string& component,
                                                 const std::filesystem::path& file, double scale,
-                                                const TriangleMesh& solid, const ConvexSource& source) {
-  const double begin = options_.clock != nullptr ? options_.clock() : 0.0;
-  ConvexImport import;
-  import.component = component;
-  import.method = method_name(source.kind);
-  std::vector<ConvexShape> shapes;
+                                                const TriangleMesh& solid, const ConvexSource& source,
+                                                ConvexImport& import) {
   switch (source.kind) {
     case ConvexSource::Kind::hull:
-      shapes = {ConvexShape::from_points(convex_hull_vertices(solid.vertices))};
       break;
     case ConvexSource::Kind::objects:
-      shapes = hulls_of_objects(file, scale);
-      break;
+      return hulls_of_objects(file, scale);
     case ConvexSource::Kind::file:
-      shapes = hulls_of_objects(source.file, scale);
-      break;
+      return hulls_of_objects(source.file, scale);
     case ConvexSource::Kind::vhacd:
       try {
         std::function<void(double)> progress;
         if (options_.progress) progress = [&](double part) { options_.progress(component, part); };
         CachedDecomposition parts = decompose_cached(solid, source.decomposition, cache_, progress);
-        shapes = std::move(parts.shapes);
         import.from_cache = parts.from_cache;
+        return std::move(parts.shapes);
       } catch (const std::invalid_argument& error) {
         throw ScenarioError(scenario_.file.string() + ": " + component +
                             ": convex: method vhacd: " + error.what());
       }
-      break;
   }
+  return {ConvexShape::from_points(convex_hull_vertices(solid.vertices))};
+}
+
+bool ConvexImporter::Made::is_of(const std::shared_ptr<SharedMesh>& mesh, const ConvexSource& stated) const {
+  return mesh == solid && stated.kind == source.kind && stated.file == source.file &&
+         stated.decomposition == source.decomposition;
+}
+
+const ConvexImporter::Made& ConvexImporter::made(const std::string& component,
+                                                 const std::filesystem::path& file, double scale,
+                                                 const std::shared_ptr<SharedMesh>& solid,
+                                                 const ConvexSource& source) {
+  std::vector<Made>& known = made_[solid.get()];
+  for (Made& one : known) {
+    if (!one.is_of(solid, source)) continue;
+    one.import.seconds = 0.0;
+    return one;
+  }
+  const double begin = options_.clock != nullptr ? options_.clock() : 0.0;
+  Made made{solid, source, {}, {}};
+  ConvexImport& import = made.import;
+  import.method = method_name(source.kind);
+  made.parts = shapes(component, file, scale, solid->mesh(), source, import);
   if (options_.clock != nullptr) import.seconds = options_.clock() - begin;
-  const VolumeComparison volumes = compare_volumes(solid, shapes);
-  import.hulls = static_cast<int>(shapes.size());
+  const VolumeComparison volumes = source.kind == ConvexSource::Kind::hull
+                                       ? compare_with_hull(solid->mesh(), made.parts[0])
+                                       : compare_volumes(solid->mesh(), made.parts.shapes());
+  import.hulls = static_cast<int>(made.parts.size());
   import.lost = volumes.lost;
   import.gained = volumes.gained;
   import.solid_volume_m3 = volumes.solid_volume;
   import.union_volume_m3 = volumes.union_volume;
+  known.push_back(std::move(made));
+  return known.back();
+}
+
+ConvexParts ConvexImporter::parts(const std::string& component, const std::filesystem::path& file,
+                                  double scale, const std::shared_ptr<SharedMesh>& solid,
+                                  const ConvexSource& source) {
+  const Made& found = made(component, file, scale, solid, source);
+  ConvexImport import = found.import;
+  import.component = component;
   note(import, source, source.max_volume_error.value_or(scenario_.max_volume_error));
   cell_.convex_imports.push_back(std::move(import));
-  return shapes;
+  return found.parts;
 }
 
 void ConvexImporter::note(const ConvexImport& import, const ConvexSource& source, double allowed) {

@@ -1,7 +1,7 @@
 #include <utility>
 #include <vector>
 
-#include "server/geometry/mesh/import.h"
+#include "server/geometry/mesh/quality.h"
 #include "server/scenario/cell_builders.h"
 
 namespace takt {
@@ -14,21 +14,25 @@ void note(const std::string& component, const std::string& what, const std::vect
     if (finding.severity < MeshSeverity::warning) continue;
     const char* remedy = finding.severity == MeshSeverity::repaired ? "; " : ". Remedy: ";
     cell.import_notes.push_back(
-        {component, component + ": in " + what + " " + finding.sentence + remedy + finding.remedy + ".", {}});
+        {component,
+         component + ": in " + what + " " + finding.sentence + remedy + remedy_for(component, finding) + ".",
+         {}});
   }
 }
 
 }  // namespace
 
-TriangleMesh import_component_mesh(const std::string& component, const std::filesystem::path& file,
-                                   double scale, CellModel& cell) {
-  RepairedMesh repaired = import_repaired_solid(file, scale);
-  note(component, file.filename().string(), repaired.findings, cell);
-  return std::move(repaired.mesh);
+std::shared_ptr<SharedMesh> import_component_mesh(const std::string& component,
+                                                  const std::filesystem::path& file, double scale,
+                                                  MeshLibrary& library, CellModel& cell) {
+  std::shared_ptr<SharedMesh> mesh = library.mesh(file, scale);
+  note(component, file.filename().string(), mesh->findings(), cell);
+  return mesh;
 }
 
-void note_contact_risks(const TriangleMesh& mesh, const MeshQualityOptions& options, CellModel& cell) {
-  note(options.component, "its mesh", check_mesh_quality(mesh, options), cell);
+void note_contact_risks(const std::string& component, SharedMesh& mesh, double element_edge_m,
+                        bool carries_elements, CellModel& cell) {
+  note(component, "its mesh", mesh.quality(element_edge_m, carries_elements), cell);
 }
 
 }  // namespace takt

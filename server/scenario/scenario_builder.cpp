@@ -12,54 +12,49 @@ namespace takt {
 
 namespace {
 
-/// By component, for surface contact.
-using Meshes = std::vector<TriangleMesh>;
-
-void describe_mesh(const TriangleMesh& mesh, const std::filesystem::path& file,
-                   const std::array<float, 4>& color, ComponentDescription& description) {
-  description.mesh_uri = file.filename().string();
-  description.color = color;
-  for (const Vec3& v : mesh.vertices) {
-    for (int i = 0; i < 3; ++i) description.vertices.push_back(static_cast<float>(v[i]));
-  }
-  for (const auto& t : mesh.triangles)
-    description.triangles.insert(description.triangles.end(), t.begin(), t.end());
-}
-
 /// Notes the risks of the mesh for forces of surface contact, if the cell has any.
-void look_after_contact(const Scenario& scenario, const std::string& component, const TriangleMesh& mesh,
-                        bool carries_elements, CellModel& cell) {
+void look_after_contact(const Scenario& scenario, const std::string& component, SharedMesh& mesh,
+                        bool usually_carries_elements, CellModel& cell) {
   if (!scenario.begins_with_contact()) return;
-  note_contact_risks(mesh, mesh_quality_options(scenario, component, mesh, carries_elements), cell);
+  const MeshUse use = mesh_use(scenario, component, mesh, usually_carries_elements);
+  note_contact_risks(component, mesh, use.element_edge_m, use.carries_elements, cell);
 }
 
-int add_component(CellModel& cell, Component component, const TriangleMesh& mesh,
-                  const std::filesystem::path& file, const std::array<float, 4>& color, Meshes& meshes) {
-  meshes.push_back(mesh);
-  component.box = bounding_box(component.convex);
+/// What the components of a cell are made with.
+struct Import {
+  MeshLibrary library;
+  ConvexImporter convex;
+  SharedMeshes meshes;  ///< by component
+};
+
+int add_component(CellModel& cell, Component component, const std::shared_ptr<SharedMesh>& mesh,
+                  const std::filesystem::path& file, const std::array<float, 4>& color, Import& import) {
+  import.meshes.push_back(mesh);
+  component.box = component.convex.box();
   ComponentDescription description;
   description.name = component.name;
   description.type = component.type;
   description.hierarchy = component.hierarchy;
   description.mass_kg = component.mass_kg;
   description.p_BBcm = component.p_BBcm;
-  describe_mesh(mesh, file, color, description);
+  description.mesh_uri = file.filename().string();
+  description.color = color;
+  description.mesh = mesh->described();
   cell.description.components.push_back(std::move(description));
   cell.components.push_back(std::move(component));
   return static_cast<int>(cell.components.size()) - 1;
 }
 
-void add_part(const Scenario& scenario, const ScenarioPart& part, ConvexImporter& importer, CellModel& cell,
-              Meshes& meshes) {
-  const TriangleMesh mesh = import_component_mesh(part.name, part.mesh, part.mesh_scale, cell);
-  look_after_contact(scenario, part.name, mesh, true, cell);
+void add_part(const Scenario& scenario, const ScenarioPart& part, Import& import, CellModel& cell) {
+  const auto mesh = import_component_mesh(part.name, part.mesh, part.mesh_scale, import.library, cell);
+  look_after_contact(scenario, part.name, *mesh, true, cell);
   Component component;
   component.name = part.name;
   component.type = ComponentType::part;
   component.hierarchy = part.hierarchy;
-  component.convex = importer.shapes(part.name, part.mesh, part.mesh_scale, mesh, part.convex);
+  component.convex = import.convex.parts(part.name, part.mesh, part.mesh_scale, mesh, part.convex);
   component.mass_kg = part.mass_kg;
-  const VolumeProperties volume = volume_properties(mesh);
+  const VolumeProperties& volume = mesh->volume();
   component.p_BBcm = part.center_of_mass_m.value_or(volume.p_BBcm);
   component.I_BBcm_B = part.inertia_kg_m2.value_or(part.mass_kg * volume.G_BBcm_B);
   const double gravity = scenario.gravity_m_per_s2.norm();
@@ -76,21 +71,20 @@ void add_part(const Scenario& scenario, const ScenarioPart& part, ConvexImporter
     component.substitute.D_rot_B = Mat3::Identity() * *part.rotational_damping_N_m_s_per_rad;
   }
   const Component copy = component;
-  const int id = add_component(cell, std::move(component), mesh, part.mesh, part.color, meshes);
+  const int id = add_component(cell, std::move(component), mesh, part.mesh, part.color, import);
   cell.parts.push_back(
       {id, copy.mass_kg, copy.p_BBcm, copy.I_BBcm_B, scenario.gravity_m_per_s2, part.X_WB, part.V_WB});
 }
 
-void add_ground(const Scenario& scenario, const ScenarioGround& ground, ConvexImporter& importer,
-                CellModel& cell, Meshes& meshes) {
-  const TriangleMesh mesh = import_component_mesh(ground.name, ground.mesh, ground.mesh_scale, cell);
-  look_after_contact(scenario, ground.name, mesh, false, cell);
+void add_ground(const Scenario& scenario, const ScenarioGround& ground, Import& import, CellModel& cell) {
+  const auto mesh = import_component_mesh(ground.name, ground.mesh, ground.mesh_scale, import.library, cell);
+  look_after_contact(scenario, ground.name, *mesh, false, cell);
   Component component;
   component.name = ground.name;
   component.type = ComponentType::ground;
-  component.convex = importer.shapes(ground.name, ground.mesh, ground.mesh_scale, mesh, ground.convex);
+  component.convex = import.convex.parts(ground.name, ground.mesh, ground.mesh_scale, mesh, ground.convex);
   cell.grounds.push_back(
-      {add_component(cell, std::move(component), mesh, ground.mesh, ground.color, meshes), ground.X_WB});
+      {add_component(cell, std::move(component), mesh, ground.mesh, ground.color, import), ground.X_WB});
 }
 
 void add_robot(const Scenario& scenario, const ScenarioRobot& robot, const UrdfArm& urdf, CellModel& cell) {
@@ -123,14 +117,15 @@ void add_robot(const Scenario& scenario, const ScenarioRobot& robot, const UrdfA
       {robot.name, urdf.robot.text, urdf.arm, robot.X_WR, robot.command_period_s, deadline, urdf.links});
 }
 
-void add_gripper(const Scenario& scenario, const ScenarioGripper& gripper, ConvexImporter& importer,
-                 CellModel& cell, Meshes& meshes) {
+void add_gripper(const Scenario& scenario, const ScenarioGripper& gripper, Import& import, CellModel& cell) {
   const int index = static_cast<int>(cell.grippers.size());
   const int robot = cell.description.find_robot(gripper.robot);
-  const TriangleMesh body = import_component_mesh(gripper.name, gripper.body_mesh, gripper.mesh_scale, cell);
-  const TriangleMesh jaw = import_component_mesh(gripper.name, gripper.jaw_mesh, gripper.mesh_scale, cell);
-  look_after_contact(scenario, gripper.name, body, false, cell);
-  look_after_contact(scenario, gripper.name + "/left_jaw", jaw, true, cell);
+  const auto body =
+      import_component_mesh(gripper.name, gripper.body_mesh, gripper.mesh_scale, import.library, cell);
+  const auto jaw =
+      import_component_mesh(gripper.name, gripper.jaw_mesh, gripper.mesh_scale, import.library, cell);
+  look_after_contact(scenario, gripper.name, *body, false, cell);
+  look_after_contact(scenario, gripper.name + "/left_jaw", *jaw, true, cell);
 
   GripperModel model;
   model.parameters.robot = robot;
@@ -147,9 +142,9 @@ void add_gripper(const Scenario& scenario, const ScenarioGripper& gripper, Conve
   palm.gripper = index;
   palm.role = GripperRole::palm;
   model.parameters.palm =
-      add_component(cell, std::move(palm), body, gripper.body_mesh, gripper.color, meshes);
-  const ConvexShape jaw_hull =
-      importer.shapes(gripper.name, gripper.jaw_mesh, gripper.mesh_scale, jaw, {}).front();
+      add_component(cell, std::move(palm), body, gripper.body_mesh, gripper.color, import);
+  const ConvexParts jaw_hull =
+      import.convex.parts(gripper.name, gripper.jaw_mesh, gripper.mesh_scale, jaw, {});
   for (const auto& [side, suffix, role] : {std::tuple{0, "/left_jaw", GripperRole::left_jaw},
                                            std::tuple{1, "/right_jaw", GripperRole::right_jaw}}) {
     Component component;
@@ -157,12 +152,12 @@ void add_gripper(const Scenario& scenario, const ScenarioGripper& gripper, Conve
     component.type = ComponentType::gripper;
     component.gripper = index;
     component.role = role;
-    component.convex = {jaw_hull};
+    component.convex = jaw_hull;
     model.parameters.jaws[static_cast<std::size_t>(side)] =
-        add_component(cell, std::move(component), jaw, gripper.jaw_mesh, gripper.color, meshes);
+        add_component(cell, std::move(component), jaw, gripper.jaw_mesh, gripper.color, import);
   }
-  const Vec3 lower = jaw_hull.box.center_B - jaw_hull.box.half_B;
-  const Vec3 upper = jaw_hull.box.center_B + jaw_hull.box.half_B;
+  const BodyBox& box = jaw_hull[0].box;
+  const Vec3 lower = box.center_B - box.half_B, upper = box.center_B + box.half_B;
   model.face_x_lower_m = lower.x(), model.face_x_upper_m = upper.x();
   model.face_z_lower_m = lower.z(), model.face_z_upper_m = upper.z();
   cell.grippers.push_back(model);
@@ -181,7 +176,7 @@ void add_gripper(const Scenario& scenario, const ScenarioGripper& gripper, Conve
   cell.description.grippers.push_back(description);
 }
 
-void add_devices(const Scenario& scenario, const Meshes& meshes, CellModel& cell) {
+void add_devices(const Scenario& scenario, const SharedMeshes& meshes, CellModel& cell) {
   DeviceBuilder b(meshes, scenario.temperature_degC, cell);
   for (const DeviceType& type : device_types()) {
     for (const ScenarioPart& part : scenario.parts) {
@@ -213,7 +208,7 @@ void check_step(const Scenario& scenario, CellModel& cell) {
 
 }  // namespace
 
-std::shared_ptr<const CellModel> build_cell(const Scenario& scenario, const ImportOptions& import) {
+std::shared_ptr<const CellModel> build_cell(const Scenario& scenario, const ImportOptions& options) {
   auto cell = std::make_shared<CellModel>();
   cell->description.scenario = scenario.name;
   cell->description.step_s = cell->step_s = scenario.step_s;
@@ -234,17 +229,16 @@ std::shared_ptr<const CellModel> build_cell(const Scenario& scenario, const Impo
                        scenario.sleeping.method != ScenarioSleeping::Method::never};
   cell->interaction.step_s = scenario.step_s;
   cell->interaction.algorithm = interaction_algorithm(scenario.algorithm);
-  ConvexImporter importer(scenario, import, *cell);
-  Meshes meshes;
-  for (const ScenarioPart& part : scenario.parts) add_part(scenario, part, importer, *cell, meshes);
-  for (const ScenarioGround& ground : scenario.grounds) add_ground(scenario, ground, importer, *cell, meshes);
+  Import import{{}, ConvexImporter(scenario, options, *cell), {}};
+  const SharedMeshes& meshes = import.meshes;
+  for (const ScenarioPart& part : scenario.parts) add_part(scenario, part, import, *cell);
+  for (const ScenarioGround& ground : scenario.grounds) add_ground(scenario, ground, import, *cell);
   std::vector<UrdfArm> arms;
   for (const ScenarioRobot& robot : scenario.robots) {
     arms.push_back(read_urdf_arm(robot.urdf, robot.base_link, robot.flange_link));
     add_robot(scenario, robot, arms.back(), *cell);
   }
-  for (const ScenarioGripper& gripper : scenario.grippers)
-    add_gripper(scenario, gripper, importer, *cell, meshes);
+  for (const ScenarioGripper& gripper : scenario.grippers) add_gripper(scenario, gripper, import, *cell);
   note_units(scenario, *cell);
   add_world_bounds(scenario, *cell);
   add_dynamics(scenario, arms, *cell);

@@ -1,6 +1,4 @@
 #include <algorithm>
-#include <map>
-#include <memory>
 #include <utility>
 
 #include "idl/common/glob.h"
@@ -20,12 +18,6 @@ struct StandingBody {
   bool is_part = false;
 };
 
-BodyBox box_of(const TriangleMesh& mesh) {
-  Vec3 lower = mesh.vertices.front(), upper = lower;
-  for (const Vec3& v : mesh.vertices) lower = lower.cwiseMin(v), upper = upper.cwiseMax(v);
-  return {0.5 * (lower + upper), 0.5 * (upper - lower)};
-}
-
 bool meant(const Scenario& scenario, const CellModel& cell, int a, int b) {
   const std::string& name_a = cell.components[static_cast<std::size_t>(a)].name;
   const std::string& name_b = cell.components[static_cast<std::size_t>(b)].name;
@@ -39,19 +31,16 @@ bool meant(const Scenario& scenario, const CellModel& cell, int a, int b) {
 
 }  // namespace
 
-void find_start_overlaps(const Scenario& scenario, const std::vector<TriangleMesh>& meshes, CellModel& cell) {
+void find_start_overlaps(const Scenario& scenario, const SharedMeshes& meshes, CellModel& cell) {
   std::vector<StandingBody> all;
   const auto add = [&](int component, const Pose& X_WB, bool is_part) {
-    const BodyBox box = box_of(meshes[static_cast<std::size_t>(component)]);
+    const BodyBox box = meshes[static_cast<std::size_t>(component)]->box();
     all.push_back({component, X_WB, box.at(X_WB, 0.0), 2.0 * box.half_B.minCoeff(), is_part});
   };
   for (const RigidBodyParameters& part : cell.parts) add(part.body, part.X_WB_initial, true);
   for (const GroundModel& ground : cell.grounds) add(ground.component, ground.X_WB, false);
-  std::map<int, std::unique_ptr<SolidProbe>> probes;
   const auto probe = [&](int component) -> const SolidProbe& {
-    auto& found = probes[component];
-    if (!found) found = std::make_unique<SolidProbe>(meshes[static_cast<std::size_t>(component)]);
-    return *found;
+    return *meshes[static_cast<std::size_t>(component)]->probe();
   };
   for (std::size_t i = 0; i < all.size() && all[i].is_part; ++i) {
     for (std::size_t j = i + 1; j < all.size(); ++j) {

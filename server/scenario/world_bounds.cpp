@@ -20,8 +20,9 @@ double distance(const Aabb& a, const Aabb& b) {
 
 BodyBox mesh_box(const ComponentDescription& component) {
   Vec3 lower = Vec3::Constant(std::numeric_limits<double>::infinity()), upper = -lower;
-  for (std::size_t i = 0; i + 2 < component.vertices.size(); i += 3) {
-    const Vec3 v(component.vertices[i], component.vertices[i + 1], component.vertices[i + 2]);
+  for (std::size_t i = 0; i + 2 < component.mesh->vertices.size(); i += 3) {
+    const Vec3 v(component.mesh->vertices[i], component.mesh->vertices[i + 1],
+                 component.mesh->vertices[i + 2]);
     lower = lower.cwiseMin(v), upper = upper.cwiseMax(v);
   }
   return {0.5 * (lower + upper), 0.5 * (upper - lower)};
@@ -46,12 +47,11 @@ struct Standing {
 
 std::vector<Standing> all_standing(const Scenario& scenario, const CellModel& cell) {
   std::vector<Standing> all;
+  // Parts come first in the cell, then Grounds, both in the scenario's order.
   const auto add = [&](const char* group, const auto& items) {
-    for (const auto& item : items) {
-      const auto id = static_cast<std::size_t>(cell.description.find_component(item.name));
+    for (const auto& item : items)
       all.push_back({item.name, group + ("." + item.name), item.X_WB.p,
-                     mesh_box(cell.description.components[id]).at(item.X_WB, 0.0)});
-    }
+                     mesh_box(cell.description.components[all.size()]).at(item.X_WB, 0.0)});
   };
   add("parts", scenario.parts);
   add("grounds", scenario.grounds);
@@ -67,8 +67,7 @@ class UnitNotes {
  public:
   explicit UnitNotes(CellModel& cell) : cell_(cell) {}
 
-  void mesh(const std::string& component, const std::string& key, double scale) {
-    const int id = cell_.description.find_component(component);
+  void mesh(int id, const std::string& component, const std::string& key, double scale) {
     const ComponentDescription& description = cell_.description.components[static_cast<std::size_t>(id)];
     const Vec3 size = 2.0 * mesh_box(description).half_B;
     if (!(size.maxCoeff() > kOddSize_m)) return;
@@ -111,7 +110,8 @@ void note_places(const Scenario& scenario, const CellModel& cell, UnitNotes& not
     for (const KinematicRobotParameters& robot : cell.robots)
       far_m[i] = std::min(far_m[i], distance(standing[i].box, reached(robot)));
     if (!cell.robots.empty()) continue;
-    for (std::size_t j = 0; j < standing.size(); ++j)
+    // A near one is enough.
+    for (std::size_t j = 0; j < standing.size() && far_m[i] > kOddSize_m; ++j)
       if (j != i) far_m[i] = std::min(far_m[i], distance(standing[i].box, standing[j].box));
     if (standing.size() == 1) far_m[i] = 0.0;
   }
@@ -147,14 +147,15 @@ void add_world_bounds(const Scenario& scenario, CellModel& cell) {
 
 void note_units(const Scenario& scenario, CellModel& cell) {
   UnitNotes notes(cell);
+  int id = 0;
   for (const ScenarioPart& part : scenario.parts)
-    notes.mesh(part.name, "parts." + part.name, part.mesh_scale);
+    notes.mesh(id++, part.name, "parts." + part.name, part.mesh_scale);
   for (const ScenarioGround& ground : scenario.grounds)
-    notes.mesh(ground.name, "grounds." + ground.name, ground.mesh_scale);
+    notes.mesh(id++, ground.name, "grounds." + ground.name, ground.mesh_scale);
   for (const ScenarioGripper& gripper : scenario.grippers) {
     const std::string key = "grippers." + gripper.name;
-    notes.mesh(gripper.name, key, gripper.mesh_scale);
-    notes.mesh(gripper.name + "/left_jaw", key, gripper.mesh_scale);
+    for (const std::string& name : {gripper.name, gripper.name + "/left_jaw"})
+      notes.mesh(cell.description.find_component(name), name, key, gripper.mesh_scale);
     notes.width(gripper.name, gripper.max_width_m);
     notes.place(gripper.name, key + ".mount", gripper.X_FG.p, gripper.X_FG.p.norm(), "its flange");
     notes.place(gripper.name, key + ".tool_center_point", gripper.X_GT.p, gripper.X_GT.p.norm(), "its body");

@@ -16,13 +16,15 @@ using test::Random;
 
 Component random_component(Random& random, int most_shapes) {
   Component component;
+  std::vector<ConvexShape> shapes;
   for (int i = random.integer(1, most_shapes); i > 0; --i) {
     std::vector<Vec3> points = random.points(Vec3(0.05, 0.05, 0.05), random.integer(0, 1) == 1);
     const Vec3 shift = 0.15 * random.direction();
     for (Vec3& p : points) p += shift;
-    component.convex.push_back(ConvexShape::from_points(points));
+    shapes.push_back(ConvexShape::from_points(points));
   }
-  component.box = bounding_box(component.convex);
+  component.convex = std::move(shapes);
+  component.box = component.convex.box();
   return component;
 }
 
@@ -58,8 +60,8 @@ TEST(CollisionWorld, HierarchyAndMemoryGiveTheVerdictsOfBruteForce) {
       }
       for (std::size_t i = 0; i < 4; ++i)
         for (std::size_t j = i + 1; j < 4; ++j) {
-          const auto& shapes_i = i == 0 ? volume : components[i].convex;
-          const auto& shapes_j = components[j].convex;
+          const auto& shapes_i = i == 0 ? volume : components[i].convex.shapes();
+          const auto& shapes_j = components[j].convex.shapes();
           const bool expected = any_overlap(shapes_i, poses[i], shapes_j, poses[j], 2e-4);
           const int a = static_cast<int>(i), b = static_cast<int>(j);
           ASSERT_EQ(world.shapes_overlap(a, b, counts), expected) << round << " " << step;

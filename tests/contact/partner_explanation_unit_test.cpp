@@ -139,7 +139,7 @@ TEST(ContactDepth, TheDepthIsThatOfTheDeepestPairOfConvexPieces) {
   components[0].convex = {box({0.0, 0.0, 0.0}, {0.1, 0.1, 0.1})};
   components[1].convex = {box({-0.02, 0.0, -0.1}, {0.02, 0.1, 0.002}),
                           box({0.06, 0.0, -0.1}, {0.12, 0.1, 0.005})};
-  for (Component& c : components) c.box = bounding_box(c.convex);
+  for (Component& c : components) c.box = c.convex.box();
   const CollisionWorld world(components, 0.0002);
   int budget = 10;
   const ContactDepth depth = contact_depth(world, 0, 1, budget);

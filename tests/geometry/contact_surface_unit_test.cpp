@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -12,6 +13,7 @@
 #include "server/geometry/segment_distance.h"
 #include "server/geometry/surface/contact_surface_data.h"
 #include "server/geometry/surface/element_corners.h"
+#include "tests/support/contact_meshes.h"
 #include "tests/support/contact_pairs.h"
 #include "tests/support/hollow_bodies.h"
 #include "tests/support/random_shapes.h"
@@ -188,6 +190,33 @@ TEST(PolygonalContactArguments, ArgumentsAreChecked) {
   law = contact_law({});
   law.stiffness_Pa_per_m = std::nan("");
   EXPECT_THROW(PolygonalContact(s, s, law), std::invalid_argument);
+}
+
+/// Of every sample, to its end: the twentieth of all of them, in rising order.
+double wall_of_all_samples_m(const ContactSurface::Data& data) {
+  const double least_m = 1e-3 * data.radius_m, most_m = 2.0 * data.radius_m;
+  std::vector<double> all;
+  for (std::size_t e = 0; e < data.element_count();
+       e += std::max<std::size_t>(1, data.element_count() / 300)) {
+    double s = least_m;
+    while (s < most_m) {
+      const double inside_m = -data.signed_distance_m(data.point(e) - s * data.normal(e));
+      if (!(inside_m > 0.0)) break;
+      s += std::max(inside_m, least_m);
+    }
+    all.push_back(s);
+  }
+  std::sort(all.begin(), all.end());
+  return all[all.size() / 20];
+}
+
+TEST(ContactSurface, TheWallIsThatOfAllSamples) {
+  const TriangleMesh open = test::open_box({0.2, 0.16, 0.10}, 0.012);
+  for (const auto& s : {surface(open, 0.005), surface(test::u_shape(), 0.004), surface(test::u_shape()),
+                        surface(test::ball(0.05, 3), 0.01)}) {
+    EXPECT_EQ(s->wall_m(), wall_of_all_samples_m(s->data()));
+    EXPECT_GT(s->wall_m(), 0.0);
+  }
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -100,6 +101,32 @@ TEST(ConvexHullMesh, TheMeshOfAHullIsClosedAndEnclosesItsVolume) {
   EXPECT_TRUE(check_closed(used).ok()) << check_closed(used).problem;
   EXPECT_NEAR(volume_properties(used).volume, 400e-6, 1e-15);
   EXPECT_THROW(convex_hull_mesh({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}}), std::invalid_argument);
+}
+
+TEST(VolumeComparison, WhatTheOwnHullGainsIsAClosedForm) {
+  const TriangleMesh u = u_shape();
+  const VolumeComparison v = compare_with_hull(u, shape_of(u));
+  EXPECT_NEAR(v.solid_volume, 220e-6, 1e-15);
+  EXPECT_NEAR(v.union_volume, 400e-6, 1e-15);
+  EXPECT_NEAR(v.gained, 180.0 / 220.0, 1e-9);
+  EXPECT_EQ(v.lost, 0.0);
+  const TriangleMesh box = box_mesh({0.2, 0.1, 0.3});
+  EXPECT_NEAR(compare_with_hull(box, shape_of(box)).gained, 0.0, 1e-12);
+  const VolumeComparison by_rays = compare_volumes(u, std::array{shape_of(u)});
+  EXPECT_NEAR(v.gained, by_rays.gained, kRays);
+}
+
+TEST(VolumeComparison, ShellsInEachOtherCountOnceInTheOwnHull) {
+  // Two cubes that share a half: 1.5 of the hull's 1.5.
+  TriangleMesh both = box_mesh({1.0, 1.0, 1.0});
+  const TriangleMesh other = box_mesh({1.0, 1.0, 1.0}, {0.5, 0.0, 0.0});
+  const auto shift = static_cast<std::uint32_t>(both.vertices.size());
+  both.vertices.insert(both.vertices.end(), other.vertices.begin(), other.vertices.end());
+  for (const auto& t : other.triangles) both.triangles.push_back({t[0] + shift, t[1] + shift, t[2] + shift});
+  EXPECT_NEAR(volume_properties(both).volume, 2.0, 1e-12);
+  const VolumeComparison v = compare_with_hull(both, shape_of(both));
+  EXPECT_NEAR(v.solid_volume, 1.5, 1.5 * kRays);
+  EXPECT_NEAR(v.gained, 0.0, kRays);
 }
 
 }  // namespace

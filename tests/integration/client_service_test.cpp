@@ -58,7 +58,7 @@ TEST(ClientAndService, TheDescriptionEqualsThatOfTheCellBitByBit) {
   ASSERT_EQ(cell->components.size(), truth.components.size());
   for (std::size_t i = 0; i < truth.components.size(); ++i) {
     EXPECT_EQ(cell->components[i].name, truth.components[i].name);
-    EXPECT_EQ(cell->components[i].vertices, truth.components[i].vertices);
+    EXPECT_EQ(cell->components[i].vertices, truth.components[i].mesh->vertices);
   }
   ASSERT_EQ(cell->robots.size(), truth.robots.size());
   for (std::size_t i = 0; i < truth.robots.size(); ++i) {

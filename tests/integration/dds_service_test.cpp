@@ -45,8 +45,8 @@ TEST(DdsService, TheServiceDescribesItselfAndPublishesItsInstants) {
   ASSERT_EQ(description.components.size(), cell.components.size());
   for (std::size_t i = 0; i < cell.components.size(); ++i) {
     EXPECT_EQ(description.components[i].name, cell.components[i].name);
-    EXPECT_EQ(description.components[i].vertices, cell.components[i].vertices);
-    EXPECT_EQ(description.components[i].triangles, cell.components[i].triangles);
+    EXPECT_EQ(description.components[i].vertices, cell.components[i].mesh->vertices);
+    EXPECT_EQ(description.components[i].triangles, cell.components[i].mesh->triangles);
   }
 
   const auto joints = client.dds.read<JointStateType>(client.topic("Robot2/joint_states"), true, false, 10);
@@ -443,11 +443,12 @@ TEST(DdsLockstep, LockstepGivesTheBitsOfDirectSteps) {
 
 TEST(DdsDescription, ADescriptionOfMegabytesReachesALateJoiner) {
   auto model = test::service_model();
-  auto& mesh = model->description.components[0];
+  DescribedMesh mesh;
   const std::size_t triangles = 60'000;  // 12 bytes of indices each, and 24 bytes of vertices: 2.2 MB
   mesh.vertices.assign(triangles * 6, 0.0F);
   mesh.triangles.assign(triangles * 3, 0U);
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) mesh.vertices[i] = static_cast<float>(i);
+  model->description.components[0].mesh = std::make_shared<const DescribedMesh>(mesh);
   DdsService service(paused(), model);
   RawCellClient client;
   const auto inbox = client.dds.read<msg::CellDescription>(client.topic("description"), true, true, 1);
@@ -458,7 +459,7 @@ TEST(DdsDescription, ADescriptionOfMegabytesReachesALateJoiner) {
 /// More fragments than a request for missing ones can name (256), and more than shared memory has room for.
 TEST(DdsDescription, ADescriptionOfMillionsOfTrianglesReachesOtherProcesses) {
   auto model = test::service_model();
-  auto& mesh = model->description.components[0];
+  DescribedMesh mesh;
   const std::size_t triangles = 2'000'000;
   mesh.vertices.assign(triangles * 3 / 2, 0.5F);  // 36 MB
   mesh.triangles.assign(triangles * 3, 7U);

@@ -98,7 +98,7 @@ void run_import() {
         takt::build_cell(takt::read_scenario(kChainsaw, options), {takt::user_cache_directory(), nullptr});
     const double cpu_s = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
     const auto housing = static_cast<std::size_t>(cell->description.find_component("Housing"));
-    triangles = cell->description.components[housing].triangles.size() / 3;
+    triangles = cell->description.components[housing].mesh->triangles.size() / 3;
     return cpu_s;
   };
   build(1);  // fills the cache

@@ -144,7 +144,7 @@ class BoxCell {
 
  private:
   int add(Component component) {
-    component.box = bounding_box(component.convex);
+    component.box = component.convex.box();
     ComponentDescription d;
     d.name = component.name;
     d.type = component.type;

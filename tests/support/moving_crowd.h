@@ -66,10 +66,10 @@ class MovingCrowd {
            const std::vector<TriangleMesh>& pieces) {
     const int id = cell_.part(name, mass_kg, hierarchy, size, X_WB);
     Component& component = cell_.model().components[static_cast<std::size_t>(id)];
-    component.convex.clear();
-    for (const TriangleMesh& piece : pieces)
-      component.convex.push_back(ConvexShape::from_points(piece.vertices));
-    component.box = bounding_box(component.convex);
+    std::vector<ConvexShape> convex;
+    for (const TriangleMesh& piece : pieces) convex.push_back(ConvexShape::from_points(piece.vertices));
+    component.convex = std::move(convex);
+    component.box = component.convex.box();
     return id;
   }
 

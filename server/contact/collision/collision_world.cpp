@@ -35,9 +35,8 @@ CollisionWorld::CollisionWorld(const std::vector<Component>& components, double 
   moved_.reserve(components.size());
   std::size_t shapes = 0;
   for (std::size_t i = 0; i < components.size(); ++i) {
-    entries_[i].shapes = components[i].convex;
-    entries_[i].tree = ShapeTree(components[i].convex);
-    entries_[i].box = bounding_box(components[i].convex);
+    entries_[i].parts = components[i].convex;
+    entries_[i].box = components[i].convex.box();
     entries_[i].radius = entries_[i].box.half_B.norm();
     refresh(static_cast<int>(i));
     shapes += components[i].convex.size();
@@ -63,18 +62,18 @@ void CollisionWorld::set_shape(int component, ConvexShape shape) {
   Entry& e = entry(component);
   e.box = shape.box;
   e.radius = shape.radius;
-  e.shapes.assign(1, std::move(shape));
-  e.tree = ShapeTree(e.shapes);
+  e.own.assign(1, std::move(shape));
+  e.own_tree = ShapeTree(e.own);
   ++e.shape_version;
   refresh(component);
 }
 
 void CollisionWorld::set_box(int component, const Vec3& lower_B, const Vec3& upper_B) {
   Entry& e = entry(component);
-  ConvexShape& shape = e.shapes.front();
+  ConvexShape& shape = e.own.front();
   if (shape.vertices.front() == lower_B && shape.vertices.back() == upper_B) return;
   shape.become_box(lower_B, upper_B);
-  e.tree.update_single(shape.box);
+  e.own_tree.update_single(shape.box);
   e.box = shape.box;
   e.radius = shape.radius;
   ++e.shape_version;
@@ -107,8 +106,8 @@ bool CollisionWorld::overlap(int a, const Pose& X_WA, int b, double margin, Dete
   const Entry& A = entry(a);
   const Entry& B = entry(b);
   const auto overlap_of = [&](std::int32_t i, std::int32_t j) {
-    const ConvexShape& shape_a = A.shapes[static_cast<std::size_t>(i)];
-    const ConvexShape& shape_b = B.shapes[static_cast<std::size_t>(j)];
+    const ConvexShape& shape_a = A.shapes()[static_cast<std::size_t>(i)];
+    const ConvexShape& shape_b = B.shapes()[static_cast<std::size_t>(j)];
     ++counts.mpr_calls;
     if (!remember_) {
       ++counts.answered.by_mpr;
@@ -117,11 +116,11 @@ bool CollisionWorld::overlap(int a, const Pose& X_WA, int b, double margin, Dete
     ConvexHint& remembered = hint({a, b, i, j, A.shape_version, B.shape_version});
     return convex_overlap(shape_a, X_WA, shape_b, B.X_WB, margin, remembered, counts.answered);
   };
-  if (A.shapes.size() == 1 && B.shapes.size() == 1) return overlap_of(0, 0);
+  if (A.shapes().size() == 1 && B.shapes().size() == 1) return overlap_of(0, 0);
   const Mat3 R_AW = X_WA.R.transpose();
   const Pose X_AB{R_AW * B.X_WB.R, R_AW * (B.X_WB.p - X_WA.p)};
   // convex_overlap() counts distances slightly above the margin as touching: boxes must not exclude them.
-  return A.tree.any_near(B.tree, X_AB, margin + 1e-7 * (A.radius + B.radius + margin), overlap_of);
+  return A.tree().any_near(B.tree(), X_AB, margin + 1e-7 * (A.radius + B.radius + margin), overlap_of);
 }
 
 bool CollisionWorld::shapes_overlap(int a, int b, DetectionCounts& counts) {

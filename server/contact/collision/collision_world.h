@@ -10,7 +10,6 @@
 #include "server/components/component.h"
 #include "server/geometry/aabb.h"
 #include "server/geometry/convex/query.h"
-#include "server/geometry/convex/shape_tree.h"
 
 namespace takt {
 
@@ -49,7 +48,7 @@ class CollisionWorld {
   /// With margin: whether component `a` at another pose touches `b`.
   bool touches_at(int a, const Pose& X_WA, int b, DetectionCounts& counts);
   double margin() const { return margin_; }
-  const std::vector<ConvexShape>& shapes(int component) const { return entry(component).shapes; }
+  const std::vector<ConvexShape>& shapes(int component) const { return entry(component).shapes(); }
   const Pose& pose(int component) const { return entry(component).X_WB; }
 
   /// Hints of pairs are stored in this many lanes, by pair. Different threads may treat pairs of different
@@ -63,8 +62,10 @@ class CollisionWorld {
 
  private:
   struct Entry {
-    std::vector<ConvexShape> shapes;
-    ShapeTree tree;
+    ConvexParts parts;
+    /// In place of `parts` where the geometry changes with time.
+    std::vector<ConvexShape> own;
+    ShapeTree own_tree;
     BodyBox box;
     double radius = 0.0;  ///< half diagonal of `box`
     Pose X_WB;
@@ -72,6 +73,9 @@ class CollisionWorld {
     std::uint64_t version = 1;
     std::uint32_t shape_version = 1;
     bool moved = false;
+
+    const std::vector<ConvexShape>& shapes() const { return own.empty() ? parts.shapes() : own; }
+    const ShapeTree& tree() const { return own.empty() ? parts.tree() : own_tree; }
   };
   /// The pair of a hint.
   struct HintKey {

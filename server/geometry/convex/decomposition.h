@@ -21,6 +21,7 @@ struct DecompositionParameters {
   double max_volume_error = 0.02;  ///< in (0, 1]: a piece whose hull gains less than this share is left whole
   int max_vertices_per_hull = 64;  ///< of V-HACD's parts, before they are grown to the mesh's vertices
   bool best_plane = true;  ///< cut where the outline steps; false: always in the middle of the longest side
+  bool operator==(const DecompositionParameters&) const = default;
 };
 
 /// Whether this program was built with V-HACD, and the version of the algorithm, which changes when results

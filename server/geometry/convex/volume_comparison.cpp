@@ -5,7 +5,10 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <numeric>
 #include <vector>
+
+#include "server/geometry/mesh/shells.h"
 
 namespace takt {
 namespace {
@@ -39,7 +42,7 @@ class RayBundle {
     rays_.resize(std::size_t{kCellsPerSide} * kCellsPerSide);
     for (int j = 0; j < kCellsPerSide; ++j) {
       for (int i = 0; i < kCellsPerSide; ++i) {
-        Ray& ray = at(i, j);
+        Ray& ray = rays_[number(i, j)];
         ray.u = lower_[0] + (i + uniform(random)) * cell_[0];
         ray.v = lower_[1] + (j + uniform(random)) * cell_[1];
       }
@@ -54,15 +57,15 @@ class RayBundle {
   /// Adds the volumes (lengths times the area of a cell) of solid, parts, only solid and only parts.
   void measure(std::array<double, 4>& volumes) {
     std::array<double, 4> lengths{};
-    for (Ray& ray : rays_) {
-      std::sort(ray.crossings.begin(), ray.crossings.end(),
+    for (const std::span<Crossing> crossings : by_ray()) {
+      std::sort(crossings.begin(), crossings.end(),
                 [](const Crossing& a, const Crossing& b) { return a.height < b.height; });
       int in_solid = 0;
       int in_part = 0;
-      for (std::size_t i = 0; i + 1 < ray.crossings.size(); ++i) {
-        in_solid += ray.crossings[i].solid;
-        in_part += ray.crossings[i].part;
-        const double length = ray.crossings[i + 1].height - ray.crossings[i].height;
+      for (std::size_t i = 0; i + 1 < crossings.size(); ++i) {
+        in_solid += crossings[i].solid;
+        in_part += crossings[i].part;
+        const double length = crossings[i + 1].height - crossings[i].height;
         if (in_solid > 0) lengths[0] += length;
         if (in_part > 0) lengths[1] += length;
         if (in_solid > 0 && in_part <= 0) lengths[2] += length;
@@ -75,11 +78,25 @@ class RayBundle {
  private:
   struct Ray {
     double u = 0.0, v = 0.0;
-    std::vector<Crossing> crossings;
   };
 
-  Ray& at(int i, int j) {
-    return rays_[static_cast<std::size_t>(j) * kCellsPerSide + static_cast<std::size_t>(i)];
+  static std::size_t number(int i, int j) {
+    return static_cast<std::size_t>(j) * kCellsPerSide + static_cast<std::size_t>(i);
+  }
+
+  /// The crossings of each ray, in the order in which they were found.
+  std::vector<std::span<Crossing>> by_ray() {
+    std::vector<std::size_t> end(rays_.size(), 0);
+    for (const std::uint32_t ray : ray_of_) ++end[ray];
+    std::partial_sum(end.begin(), end.end(), end.begin());
+    std::vector<std::span<Crossing>> result;
+    sorted_.resize(found_.size());
+    for (std::size_t ray = 0; ray < end.size(); ++ray) {
+      const std::size_t begin = ray == 0 ? 0 : end[ray - 1];
+      result.push_back(std::span(sorted_).subspan(begin, end[ray] - begin));
+    }
+    for (std::size_t i = found_.size(); i-- > 0;) sorted_[--end[ray_of_[i]]] = found_[i];
+    return result;
   }
 
   int cell_of(double x, int side) const {
@@ -110,14 +127,14 @@ class RayBundle {
     const double sign = area > 0.0 ? 1.0 : -1.0;
     for (int j = first_j; j <= last_j; ++j) {
       for (int i = first_i; i <= last_i; ++i) {
-        Ray& ray = at(i, j);
+        const Ray& ray = rays_[number(i, j)];
         const double wa = sign * side_of(b, c, ray);
         const double wb = sign * side_of(c, a, ray);
         const double wc = sign * side_of(a, b, ray);
         if (!(wa > 0.0 && wb > 0.0 && wc > 0.0)) continue;
         const double height = (wa * a[axis_] + wb * b[axis_] + wc * c[axis_]) / (wa + wb + wc);
-        ray.crossings.push_back(
-            {height, is_solid ? change : std::int8_t{0}, is_solid ? std::int8_t{0} : change});
+        ray_of_.push_back(static_cast<std::uint32_t>(number(i, j)));
+        found_.push_back({height, is_solid ? change : std::int8_t{0}, is_solid ? std::int8_t{0} : change});
       }
     }
   }
@@ -125,7 +142,20 @@ class RayBundle {
   int axis_, u_, v_;
   std::array<double, 2> lower_{}, cell_{};
   std::vector<Ray> rays_;
+  std::vector<Crossing> found_, sorted_;
+  std::vector<std::uint32_t> ray_of_;  ///< by crossing found
 };
+
+bool shells_may_overlap(const TriangleMesh& mesh) {
+  const std::vector<Shell> shells = find_shells(mesh);
+  for (std::size_t i = 0; i < shells.size(); ++i)
+    for (std::size_t k = i + 1; k < shells.size(); ++k)
+      if ((shells[i].box.upper.cwiseMin(shells[k].box.upper) -
+           shells[i].box.lower.cwiseMax(shells[k].box.lower))
+              .minCoeff() > 0.0)
+        return true;
+  return false;
+}
 
 }  // namespace
 
@@ -158,6 +188,17 @@ VolumeComparison compare_volumes(const TriangleMesh& solid, std::span<const Conv
     result.lost = volumes[2] / volumes[0];
     result.gained = volumes[3] / volumes[0];
   }
+  return result;
+}
+
+VolumeComparison compare_with_hull(const TriangleMesh& solid, const ConvexShape& hull) {
+  if (shells_may_overlap(solid)) return compare_volumes(solid, {&hull, 1});
+  VolumeComparison result;
+  result.solid_volume = volume_properties(solid).volume;
+  result.union_volume =
+      std::max(result.solid_volume, volume_properties(convex_hull_mesh(hull.vertices)).volume);
+  if (result.solid_volume > 0.0)
+    result.gained = (result.union_volume - result.solid_volume) / result.solid_volume;
   return result;
 }
 

@@ -22,4 +22,8 @@ struct VolumeComparison {
 /// surfaces enclose a point, that point counts once. Throws std::invalid_argument for a part without volume.
 VolumeComparison compare_volumes(const TriangleMesh& solid, std::span<const ConvexShape> parts);
 
+/// The same for the solid's own convex hull, in closed form: it loses nothing, and gains the difference of the
+/// volumes. Where the shells of the solid may lie in each other, rays as above tell what counts once.
+VolumeComparison compare_with_hull(const TriangleMesh& solid, const ConvexShape& hull);
+
 }  // namespace takt

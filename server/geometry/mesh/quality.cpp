@@ -16,6 +16,10 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 
+std::string edge_key(std::string_view component) {
+  return "contact.components." + std::string(component) + ".element_edge_m";
+}
+
 class MeshQualityCheck {
  public:
   MeshQualityCheck(const TriangleMesh& mesh, const MeshQualityOptions& options)
@@ -41,7 +45,7 @@ class MeshQualityCheck {
   }
 
  private:
-  std::string key() const { return "contact.components." + options_.component + ".element_edge_m"; }
+  std::string key() const { return edge_key(options_.component); }
 
   /// Longest edge after division.
   double element_edge(std::size_t triangle) const {
@@ -177,6 +181,14 @@ class MeshQualityCheck {
 
 std::vector<MeshDiagnostic> check_mesh_quality(const TriangleMesh& mesh, const MeshQualityOptions& options) {
   return MeshQualityCheck(mesh, options).run();
+}
+
+std::string remedy_for(const std::string& component, const MeshDiagnostic& finding) {
+  std::string remedy = finding.remedy;
+  const std::string any = edge_key(kAnyComponent);
+  if (const std::size_t place = remedy.find(any); place != remedy.npos)
+    remedy.replace(place, any.size(), edge_key(component));
+  return remedy;
 }
 
 }  // namespace takt

@@ -2,6 +2,7 @@
 // Mesh quality: defects of a mesh that would falsify the forces of surface contact (thesis 2.2.2: forces act
 // element by element, so the size of the elements and the edges between them matter). Repair: repair.h.
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "server/geometry/mesh/diagnostic.h"
@@ -9,9 +10,12 @@
 
 namespace takt {
 
+/// Stands in remedies for the name of a component.
+inline constexpr std::string_view kAnyComponent = "NAME";
+
 struct MeshQualityOptions {
   /// Name of the component in remedies ("set contact.components.NAME.element_edge_m to ...").
-  std::string component = "NAME";
+  std::string component{kAnyComponent};
   /// True for a mesh that may carry the contact elements (Base). The mesh of a Target may be coarse.
   bool carries_elements = true;
   /// Its triangles will be divided to this edge for contact (refine_to_edge); 0: they stay.
@@ -30,5 +34,8 @@ struct MeshQualityOptions {
 
 /// Needles, sharp edges, coarse faces, distance from the origin. `mesh` must be closed (check_closed).
 std::vector<MeshDiagnostic> check_mesh_quality(const TriangleMesh& mesh, const MeshQualityOptions& options);
+
+/// The remedy of a finding for any component, with the name of this one.
+std::string remedy_for(const std::string& component, const MeshDiagnostic& finding);
 
 }  // namespace takt

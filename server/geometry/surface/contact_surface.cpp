@@ -185,12 +185,14 @@ void make_elements(Data& data, const ContactSurfaceOptions& options) {
   make_clusters(data);
 }
 
-/// Extent of the body from a point of its surface along the inward normal, by spheres that fit inside.
-double thickness_m(const Data& data, const Vec3& p, const Vec3& n) {
-  const double least_m = 1e-3 * data.radius_m, most_m = 2.0 * data.radius_m;
+/// Extent of the body from a point of its surface along the inward normal, by spheres that fit inside. Any value
+/// of at least `enough_m` if it is not smaller.
+double thickness_m(const Data& data, const Vec3& p, const Vec3& n, double enough_m) {
+  const double least_m = 1e-3 * data.radius_m, most_m = std::min(2.0 * data.radius_m, enough_m);
   double s = least_m;
+  NearestFace nearest;
   while (s < most_m) {
-    const double inside_m = -data.signed_distance_m(p - s * n);
+    const double inside_m = -data.signed_distance_m(p - s * n, nearest);
     if (!(inside_m > 0.0)) break;
     s += std::max(inside_m, least_m);
   }
@@ -200,14 +202,25 @@ double thickness_m(const Data& data, const Vec3& p, const Vec3& n) {
 /// Edges are thin everywhere: a twentieth of the surface does not count.
 void find_wall(Data& data) {
   constexpr std::size_t kSamples = 300;
-  std::vector<double> found;
+  if (data.element_count() == 0) return;
   const std::size_t stride = std::max<std::size_t>(1, data.element_count() / kSamples);
-  for (std::size_t e = 0; e < data.element_count(); e += stride)
-    found.push_back(thickness_m(data, data.point(e), data.normal(e)));
-  if (found.empty()) return;
-  const auto at = found.begin() + static_cast<std::ptrdiff_t>(found.size() / 20);
-  std::nth_element(found.begin(), at, found.end());
-  data.wall_m = *at;
+  const std::size_t samples = (data.element_count() - 1) / stride + 1;
+  // A heap of the smallest ones, as many as are needed: a sample thicker than all of them is not looked at any
+  // further.
+  std::vector<double> smallest;
+  const std::size_t needed = samples / 20 + 1;
+  for (std::size_t e = 0; e < data.element_count(); e += stride) {
+    const bool full = smallest.size() == needed;
+    const double s = thickness_m(data, data.point(e), data.normal(e), full ? smallest.front() : INFINITY);
+    if (full && !(s < smallest.front())) continue;
+    if (full) {
+      std::pop_heap(smallest.begin(), smallest.end());
+      smallest.pop_back();
+    }
+    smallest.push_back(s);
+    std::push_heap(smallest.begin(), smallest.end());
+  }
+  data.wall_m = smallest.front();
 }
 
 }  // namespace
@@ -276,15 +289,16 @@ NearestFace ContactSurface::Data::nearest_face(const Vec3& x, const FaceOctree::
   return nearest;
 }
 
-NearestFace ContactSurface::Data::nearest_face(const Vec3& x) const {
+NearestFace ContactSurface::Data::nearest_face(const Vec3& x, std::int32_t guess) const {
   NearestFace nearest;
+  if (guess >= 0) (void)take_nearer(guess, x, nearest);
   face_tree.visit_near(x, nearest.closest.squared_m2,
                        [&](std::int32_t face) { (void)take_nearer(face, x, nearest); });
   return nearest;
 }
 
-double ContactSurface::Data::signed_distance_m(const Vec3& x) const {
-  const NearestFace nearest = nearest_face(x);
+double ContactSurface::Data::signed_distance_m(const Vec3& x, NearestFace& nearest) const {
+  nearest = nearest_face(x, nearest.face);
   if (nearest.face < 0) return INFINITY;
   const double distance = std::sqrt(nearest.closest.squared_m2);
   return inside(faces[static_cast<std::size_t>(nearest.face)], nearest.closest, x) ? -distance : distance;

@@ -142,12 +142,18 @@ struct ContactSurface::Data {
     for (std::size_t k = 0; k < 3; ++k) beyond = std::min(beyond, face.inward[k].dot(x) + face.shift_m[k]);
     return height * height + beyond * beyond;
   }
-  /// Walks the hierarchy of all faces. No face for an x that is not finite.
-  NearestFace nearest_face(const Vec3& x) const;
+  /// Walks the hierarchy of all faces. No face for an x that is not finite. A `guess` that is close spares most of
+  /// the walk; the result is the same.
+  NearestFace nearest_face(const Vec3& x, std::int32_t guess = -1) const;
   /// The same face for an x of this leaf of the octree, from the faces that the leaf lists, if it does.
   NearestFace nearest_face(const Vec3& x, const FaceOctree::Leaf& leaf) const;
-  /// Distance of x to the surface (m), negative inside. Walks the hierarchy of all faces.
-  double signed_distance_m(const Vec3& x) const;
+  /// Distance of x to the surface (m), negative inside. Walks the hierarchy of all faces. `nearest`: the closest
+  /// face, before the call that of a point near x.
+  double signed_distance_m(const Vec3& x, NearestFace& nearest) const;
+  double signed_distance_m(const Vec3& x) const {
+    NearestFace nearest;
+    return signed_distance_m(x, nearest);
+  }
   /// Whether x, whose closest point on the surface is `closest` of this face, is inside.
   bool inside(const ContactFace& face, const ClosestOnFace& closest, const Vec3& x) const;
 };

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -13,6 +14,7 @@
 #include "plant_models/robot/arm_kinematics.h"
 #include "plant_models/robot/robot_link.h"
 #include "plant_models/spatial.h"
+#include "server/geometry/mesh/described_mesh.h"
 #include "takt_enumerations.h"
 
 namespace takt {
@@ -20,12 +22,12 @@ namespace takt {
 struct ComponentDescription {
   std::string name;
   ComponentType type = ComponentType::part;
-  int hierarchy = 0;                     ///< Parts only: higher is further down the assembly (thesis 3.4.2)
-  double mass_kg = 0.0;                  ///< Parts only
-  Vec3 p_BBcm = Vec3::Zero();            ///< centre of mass in the component's frame B
-  std::string mesh_uri;                  ///< file the geometry came from
-  std::vector<float> vertices;           ///< x, y, z of each vertex of the mesh, in B (m)
-  std::vector<std::uint32_t> triangles;  ///< three vertex indices each, outward by the right-hand rule
+  int hierarchy = 0;           ///< Parts only: higher is further down the assembly (thesis 3.4.2)
+  double mass_kg = 0.0;        ///< Parts only
+  Vec3 p_BBcm = Vec3::Zero();  ///< centre of mass in the component's frame B
+  std::string mesh_uri;        ///< file the geometry came from
+  /// Shared by all components of this file; never null.
+  std::shared_ptr<const DescribedMesh> mesh = std::make_shared<const DescribedMesh>();
   std::array<float, 4> color{0.7F, 0.7F, 0.7F, 1.0F};  ///< r, g, b, a in 0..1
 };
 

@@ -16,6 +16,9 @@ constexpr int kVersion = 2;
 void digest(ModelDigest& hash, const ConvexShape& shape) {
   hash << shape.vertices;
 }
+void digest(ModelDigest& hash, const ConvexParts& parts) {
+  hash << parts.shapes();
+}
 void digest(ModelDigest& hash, const std::shared_ptr<const ContactSurface>& surface) {
   if (surface == nullptr) return void(hash << 0);
   const ContactSurface::Data& data = surface->data();

@@ -78,6 +78,16 @@ struct Simulation::Impl {
   bool solver_failed();
   bool fall_back();
   void fill(Snapshot& snapshot);
+  void fill_instant(Snapshot& snapshot) const;
+  void fill_component(int component, ComponentSample& sample);
+  /// About the component's origin.
+  Wrench wrench_on(int component, std::span<const Wrench> wrenches);
+  void fill_robot(std::size_t robot, RobotSample& sample);
+  /// Forces of a dynamic robot.
+  void fill_robot_loads(std::size_t robot, std::span<const Wrench> wrenches, RobotSample& sample);
+  void fill_gripper(std::size_t gripper, GripperSample& sample);
+  void fill_devices(Snapshot& snapshot);
+  void fill_contacts(ContactsSample& sample);
   /// Where surface contact acts between the two: its depth in place of the overlap of convex shapes.
   void measure_by_contact(std::span<const ContactSample> samples, ExplainedContact& contact) const;
 

@@ -39,68 +39,140 @@ void Simulation::read_snapshot(Snapshot& snapshot) const {
   impl_->guard([&] { impl_->fill(snapshot); });
 }
 
+void Simulation::read_instant(Snapshot& snapshot) const {
+  impl_->fill_instant(snapshot);
+}
+
+void Simulation::read_component(int component, ComponentSample& sample) const {
+  impl_->guard([&] {
+    impl_->refresh_motion();
+    impl_->fill_component(component, sample);
+  });
+}
+
+void Simulation::read_machines(Snapshot& snapshot) const {
+  impl_->guard([&] {
+    impl_->refresh_motion();
+    for (std::size_t i = 0; i < snapshot.robots.size(); ++i) impl_->fill_robot(i, snapshot.robots[i]);
+    for (std::size_t i = 0; i < snapshot.grippers.size(); ++i) impl_->fill_gripper(i, snapshot.grippers[i]);
+    impl_->fill_devices(snapshot);
+  });
+}
+
+void Simulation::read_loads(Snapshot& snapshot) const {
+  Impl& s = *impl_;
+  s.guard([&] {
+    s.refresh_motion();
+    const std::span<const Wrench> wrenches = s.system().update_wrenches();
+    s.fill_instant(snapshot);
+    for (std::size_t i = 0; i < snapshot.components.size(); ++i) {
+      ComponentSample& sample = snapshot.components[i];
+      sample.partner = s.interaction.partner(static_cast<int>(i));
+      if (sample.partner >= 0) sample.F_Bo_W = s.wrench_on(static_cast<int>(i), wrenches);
+    }
+    for (std::size_t i = 0; i < snapshot.robots.size(); ++i) {
+      s.fill_robot(i, snapshot.robots[i]);
+      s.fill_robot_loads(i, wrenches, snapshot.robots[i]);
+    }
+    s.fill_devices(snapshot);
+    s.fill_contacts(snapshot.contacts);
+  });
+}
+
 void Simulation::Impl::fill(Snapshot& snapshot) {
-  const double t = time();
   refresh_motion();
   const std::span<const Wrench> wrenches = system().update_wrenches();
-  const CellMotion& motion = system().motion();
-  snapshot.step = step_index;
-  snapshot.epoch = epoch;
-  snapshot.time_s = t;
-  snapshot.state_hash = hash.value();
+  fill_instant(snapshot);
   for (std::size_t i = 0; i < snapshot.components.size(); ++i) {
-    ComponentSample& sample = snapshot.components[i];
-    const BodyMotion& body = motion.bodies[i];
-    sample.p_WB = body.X_WB.p;
-    sample.q_WB = body.X_WB.quaternion();
-    sample.V_WB = body.V_WB;
-    sample.F_Bo_W = {wrenches[i].f, wrenches[i].t + (body.p_WBcm - body.X_WB.p).cross(wrenches[i].f)};
-    sample.partner = interaction.partner(static_cast<int>(i));
-    sample.state = part_state(model->components, interaction.graph(), static_cast<int>(i), sample.partner);
+    fill_component(static_cast<int>(i), snapshot.components[i]);
+    snapshot.components[i].F_Bo_W = wrench_on(static_cast<int>(i), wrenches);
   }
   for (std::size_t i = 0; i < snapshot.robots.size(); ++i) {
-    RobotSample& sample = snapshot.robots[i];
-    sample.position = motion.arms[i].q;
-    sample.velocity = motion.arms[i].qd;
-    sample.commands_applied = robot_commands[i].count;
-    sample.newest_stamp = robot_commands[i].newest_stamp;
-    sample.level_of_detail = plant.level(i);
-    // A snapshot is reused: at LoD 1 it must not keep values of an earlier LoD 2.
-    const DynamicRobot* robot = plant.dynamic(i);
-    read_dynamics(robot != nullptr ? robot->output(t, plant.segment(i).data(), motion, wrenches)
-                                   : DynamicRobot::Output{},
-                  sample);
+    fill_robot(i, snapshot.robots[i]);
+    fill_robot_loads(i, wrenches, snapshot.robots[i]);
   }
   for (std::size_t i = 0; i < snapshot.grippers.size(); ++i) {
     GripperSample& sample = snapshot.grippers[i];
-    sample.width_m = std::max(0.0, plant.width(i, t));
-    sample.moving = false;
-    for (const ParallelGripper::Side side : {ParallelGripper::left, ParallelGripper::right})
-      sample.moving = sample.moving || std::abs(plant.jaw_speed(i, side, t)) > kJawStands_m_per_s;
-    sample.in_position =
-        !sample.moving && std::abs(sample.width_m - grasping.commanded_width_m(i)) <= kInPosition_m;
-    sample.part = grasping.part_present(i);
-    sample.force_N = 0.0;
+    fill_gripper(i, sample);
     const auto robot = static_cast<std::size_t>(model->description.grippers[i].robot);
-    if (sample.part >= 0 && !grasping.by_contact(i)) {
-      sample.force_N = grasping.grip_force_N(i, plant);
-    } else if (plant.dynamic(robot) != nullptr) {
-      for (const ParallelGripper::Side side : {ParallelGripper::left, ParallelGripper::right})
-        sample.force_N += 0.5 * std::abs(snapshot.robots[robot].effort[plant.jaw_joint(i, side)]);
-    }
-    sample.closed = grasping.closed(i);
-    sample.commands_applied = gripper_commands[i].count;
-    sample.newest_stamp = gripper_commands[i].newest_stamp;
+    if ((sample.part >= 0 && !grasping.by_contact(i)) || plant.dynamic(robot) == nullptr) continue;
+    for (const ParallelGripper::Side side : {ParallelGripper::left, ParallelGripper::right})
+      sample.force_N += 0.5 * std::abs(snapshot.robots[robot].effort[plant.jaw_joint(i, side)]);
   }
+  fill_devices(snapshot);
+  fill_contacts(snapshot.contacts);
+}
+
+void Simulation::Impl::fill_instant(Snapshot& snapshot) const {
+  snapshot.step = step_index;
+  snapshot.epoch = epoch;
+  snapshot.time_s = time();
+  snapshot.state_hash = hash.value();
+}
+
+void Simulation::Impl::fill_component(int component, ComponentSample& sample) {
+  const BodyMotion& body = system().motion().bodies[static_cast<std::size_t>(component)];
+  sample.p_WB = body.X_WB.p;
+  sample.q_WB = body.X_WB.quaternion();
+  sample.V_WB = body.V_WB;
+  sample.partner = interaction.partner(component);
+  sample.state = part_state(model->components, interaction.graph(), component, sample.partner);
+}
+
+Wrench Simulation::Impl::wrench_on(int component, std::span<const Wrench> wrenches) {
+  const BodyMotion& body = system().motion().bodies[static_cast<std::size_t>(component)];
+  const Wrench& wrench = wrenches[static_cast<std::size_t>(component)];
+  return {wrench.f, wrench.t + (body.p_WBcm - body.X_WB.p).cross(wrench.f)};
+}
+
+void Simulation::Impl::fill_robot(std::size_t robot, RobotSample& sample) {
+  const auto& arm = system().motion().arms[robot];
+  sample.position = arm.q;
+  sample.velocity = arm.qd;
+  sample.commands_applied = robot_commands[robot].count;
+  sample.newest_stamp = robot_commands[robot].newest_stamp;
+  sample.level_of_detail = plant.level(robot);
+}
+
+void Simulation::Impl::fill_robot_loads(std::size_t robot, std::span<const Wrench> wrenches,
+                                        RobotSample& sample) {
+  // A snapshot is reused: at LoD 1 it must not keep values of an earlier LoD 2.
+  const DynamicRobot* dynamic = plant.dynamic(robot);
+  read_dynamics(dynamic != nullptr
+                    ? dynamic->output(time(), plant.segment(robot).data(), system().motion(), wrenches)
+                    : DynamicRobot::Output{},
+                sample);
+}
+
+void Simulation::Impl::fill_gripper(std::size_t gripper, GripperSample& sample) {
+  const double t = time();
+  sample.width_m = std::max(0.0, plant.width(gripper, t));
+  sample.moving = false;
+  for (const ParallelGripper::Side side : {ParallelGripper::left, ParallelGripper::right})
+    sample.moving = sample.moving || std::abs(plant.jaw_speed(gripper, side, t)) > kJawStands_m_per_s;
+  sample.in_position =
+      !sample.moving && std::abs(sample.width_m - grasping.commanded_width_m(gripper)) <= kInPosition_m;
+  sample.part = grasping.part_present(gripper);
+  sample.force_N =
+      sample.part >= 0 && !grasping.by_contact(gripper) ? grasping.grip_force_N(gripper, plant) : 0.0;
+  sample.closed = grasping.closed(gripper);
+  sample.commands_applied = gripper_commands[gripper].count;
+  sample.newest_stamp = gripper_commands[gripper].newest_stamp;
+}
+
+void Simulation::Impl::fill_devices(Snapshot& snapshot) {
   for (std::size_t i = 0; i < snapshot.devices.size(); ++i) {
     DeviceSample& sample = snapshot.devices[i];
-    plant.read_signals(i, t, std::span(sample.signals).first(model->description.devices[i].signals.size()));
+    plant.read_signals(i, time(),
+                       std::span(sample.signals).first(model->description.devices[i].signals.size()));
     sample.commands_applied = device_commands[i].count;
     sample.newest_stamp = device_commands[i].newest_stamp;
   }
-  ContactsSample& sample = snapshot.contacts;
+}
+
+void Simulation::Impl::fill_contacts(ContactsSample& sample) {
   sample.acting = std::find(process_levels.begin(), process_levels.end(), 3) != process_levels.end();
-  const std::size_t pressing = contacts.read(motion, std::span<ContactSample>(sample.samples));
+  const std::size_t pressing = contacts.read(system().motion(), std::span<ContactSample>(sample.samples));
   sample.count = std::min(pressing, sample.samples.size());
   sample.omitted = pressing - sample.count;
 }
