@@ -1,6 +1,7 @@
 #pragma once
 // The steps of build_cell, each in a source of its own.
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,10 @@ namespace takt {
 /// solid.
 TriangleMesh import_component_mesh(const std::string& component, const std::filesystem::path& file,
                                    double scale, CellModel& cell);
+
+/// node_poses.cpp: the scenario with the poses that follow from `at_node`; none if no component has it. Throws
+/// MeshError.
+std::optional<Scenario> placed_at_nodes(const Scenario& scenario);
 
 /// A note for each warning of check_mesh_quality.
 void note_contact_risks(const TriangleMesh& mesh, const MeshQualityOptions& options, CellModel& cell);

@@ -1,6 +1,7 @@
 #include <utility>
 #include <vector>
 
+#include "idl/common/mesh_path.h"
 #include "server/geometry/mesh/import.h"
 #include "server/scenario/cell_builders.h"
 
@@ -23,7 +24,7 @@ void note(const std::string& component, const std::string& what, const std::vect
 TriangleMesh import_component_mesh(const std::string& component, const std::filesystem::path& file,
                                    double scale, CellModel& cell) {
   RepairedMesh repaired = import_repaired_solid(file, scale);
-  note(component, file.filename().string(), repaired.findings, cell);
+  note(component, mesh_label(file), repaired.findings, cell);
   return std::move(repaired.mesh);
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "idl/common/mesh_path.h"
 #include "server/scenario/cell_builders.h"
 #include "server/scenario/convex_import.h"
 #include "server/scenario/world_bounds.h"
@@ -17,7 +18,7 @@ using Meshes = std::vector<TriangleMesh>;
 
 void describe_mesh(const TriangleMesh& mesh, const std::filesystem::path& file,
                    const std::array<float, 4>& color, ComponentDescription& description) {
-  description.mesh_uri = file.filename().string();
+  description.mesh_uri = mesh_label(file);
   description.color = color;
   for (const Vec3& v : mesh.vertices) {
     for (int i = 0; i < 3; ++i) description.vertices.push_back(static_cast<float>(v[i]));
@@ -213,7 +214,9 @@ void check_step(const Scenario& scenario, CellModel& cell) {
 
 }  // namespace
 
-std::shared_ptr<const CellModel> build_cell(const Scenario& scenario, const ImportOptions& import) {
+std::shared_ptr<const CellModel> build_cell(const Scenario& stated, const ImportOptions& import) {
+  const std::optional<Scenario> placed = placed_at_nodes(stated);
+  const Scenario& scenario = placed ? *placed : stated;
   auto cell = std::make_shared<CellModel>();
   cell->description.scenario = scenario.name;
   cell->description.step_s = cell->step_s = scenario.step_s;
