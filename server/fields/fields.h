@@ -200,6 +200,7 @@ class Fields {
   /// A name of an entry of an earlier section.
   NameOf name_of(const std::vector<const char*>& sections, const char* what) const;
   ExistingFile file() const { return {directory_}; }
+  ExistingMesh mesh() const { return {{directory_}}; }
 
   // Pass `read` alone.
 

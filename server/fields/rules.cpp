@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "idl/common/bounded_file.h"
+#include "idl/common/mesh_path.h"
 
 namespace takt {
 
@@ -180,15 +181,31 @@ void NameOf::read(const FieldValue& value, std::string& name) const {
     value.fail("'" + name + "'", allowed());
 }
 
-void ExistingFile::read(const FieldValue& value, std::filesystem::path& file) {
-  if (!value.node.IsScalar() || value.node.Scalar().empty()) value.fail(describe_node(value.node), allowed());
+namespace {
+
+template <class Exists>
+void read_path(const FieldValue& value, std::filesystem::path& file, const Exists& exists) {
+  if (!value.node.IsScalar() || value.node.Scalar().empty())
+    value.fail(describe_node(value.node), ExistingFile::allowed());
   const std::filesystem::path given = value.node.Scalar();
   file = given.is_absolute() ? given : value.source->file.parent_path() / given;
-  if (!std::filesystem::is_regular_file(file)) {
+  if (!exists(file)) {
     throw MissingFileError(value.place() + ": found '" + given.string() +
                            "', which does not exist (looked for " + file.string() +
                            "); allowed: an existing file, by a path relative to the scenario file");
   }
+}
+
+}  // namespace
+
+void ExistingFile::read(const FieldValue& value, std::filesystem::path& file) {
+  read_path(value, file, [](const std::filesystem::path& f) { return std::filesystem::is_regular_file(f); });
+}
+
+void ExistingMesh::read(const FieldValue& value, std::filesystem::path& file) {
+  read_path(value, file, [](const std::filesystem::path& f) {
+    return std::filesystem::is_regular_file(split_mesh_path(f).file);
+  });
 }
 
 YAML::Node ExistingFile::write(const std::filesystem::path& file) const {

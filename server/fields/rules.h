@@ -78,6 +78,11 @@ struct ExistingFile {
   static KeyInfo info() { return {.kind = KeyInfo::Kind::file}; }
 };
 
+/// An existing mesh file, or FILE.glb#NODE (split_mesh_path).
+struct ExistingMesh : ExistingFile {
+  static void read(const FieldValue& value, std::filesystem::path& file);
+};
+
 /// One of several words, each standing for a value.
 template <class Value>
 struct Choice {

@@ -5,6 +5,7 @@
 #include <ostream>
 #include <string>
 
+#include "idl/common/mesh_path.h"
 #include "idl/common/text.h"
 #include "server/geometry/mesh/import.h"
 #include "server/geometry/mesh/quality.h"
@@ -39,6 +40,25 @@ void print_table(std::ostream& out, const std::vector<MeshDiagnostic>& findings)
   }
 }
 
+/// The nodes of a GLB file that has several, each as a mesh of its own.
+void print_nodes(std::ostream& out, const std::filesystem::path& file, double scale) {
+  const std::vector<MeshNode> nodes = list_mesh_nodes(file, scale);
+  if (nodes.size() < 2) return;
+  const MeshPath path = split_mesh_path(file);
+  out << nodes.size() << " nodes; one of them is the mesh " << path.file.filename().string()
+      << "#NAME, its place (z up) is that of at_node:\n";
+  std::size_t widest = 0;
+  for (const MeshNode& node : nodes) widest = std::max(widest, node.path.size());
+  for (const MeshNode& node : nodes) {
+    const RepairedMesh mesh = import_and_repair(path.file.string() + "#" + node.path, scale);
+    out << "  " << std::left << std::setw(static_cast<int>(widest) + 2) << node.path;
+    if (!node.has_faces) out << "with the nodes below it: ";
+    print_facts(out, mesh.mesh);
+    out << ", at " << place_text(upright(node.X_FN).p) << ", "
+        << (mesh.problem.empty() ? "closed" : "not closed: " + mesh.problem) << '\n';
+  }
+}
+
 void print_odd_size(std::ostream& out, const TriangleMesh& mesh, double scale) {
   Vec3 lower = mesh.vertices.front(), upper = lower;
   for (const Vec3& v : mesh.vertices) lower = lower.cwiseMin(v), upper = upper.cwiseMax(v);
@@ -67,6 +87,7 @@ bool print_mesh_check(std::ostream& out, const std::filesystem::path& file, cons
   } else {
     out << '\n';
   }
+  print_nodes(out, file, options.scale);
   std::stable_sort(repaired.findings.begin(), repaired.findings.end(),
                    [](const MeshDiagnostic& a, const MeshDiagnostic& b) { return a.severity > b.severity; });
   if (!repaired.mesh.vertices.empty()) print_odd_size(out, repaired.mesh, options.scale);

@@ -1,5 +1,6 @@
 #pragma once
-// `takt-run check-mesh FILE`: the findings of the import of a mesh, as a table.
+// `takt-run check-mesh FILE`: the findings of the import of a mesh, as a table. Of a GLB file with
+// several nodes also the nodes: size, place, and whether each is closed.
 #include <filesystem>
 #include <iosfwd>
 

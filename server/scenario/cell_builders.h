@@ -2,6 +2,7 @@
 // The steps of build_cell, each in a source of its own.
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,10 @@ namespace takt {
 std::shared_ptr<SharedMesh> import_component_mesh(const std::string& component,
                                                   const std::filesystem::path& file, double scale,
                                                   MeshLibrary& library, CellModel& cell);
+
+/// node_poses.cpp: the scenario with the poses that follow from `at_node`; none if no component has it. Throws
+/// MeshError.
+std::optional<Scenario> placed_at_nodes(const Scenario& scenario);
 
 /// A note for each warning of check_mesh_quality.
 void note_contact_risks(const std::string& component, SharedMesh& mesh, double element_edge_m,

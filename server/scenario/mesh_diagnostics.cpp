@@ -1,6 +1,7 @@
 #include <utility>
 #include <vector>
 
+#include "idl/common/mesh_path.h"
 #include "server/geometry/mesh/quality.h"
 #include "server/scenario/cell_builders.h"
 
@@ -26,7 +27,7 @@ std::shared_ptr<SharedMesh> import_component_mesh(const std::string& component,
                                                   const std::filesystem::path& file, double scale,
                                                   MeshLibrary& library, CellModel& cell) {
   std::shared_ptr<SharedMesh> mesh = library.mesh(file, scale);
-  note(component, file.filename().string(), mesh->findings(), cell);
+  note(component, mesh_label(file), mesh->findings(), cell);
   return mesh;
 }
 

@@ -34,9 +34,10 @@ struct ConvexSource {
 
 struct ScenarioPart {
   std::string name;
-  std::filesystem::path mesh;
+  std::filesystem::path mesh;  ///< or FILE.glb#NODE (split_mesh_path)
   double mesh_scale = 1.0;
   ConvexSource convex;
+  bool at_node = false;  ///< X_WB is the pose of the GLB file, the component is where its node is in it
   double mass_kg = 0.0;
   int hierarchy = 1;
   Pose X_WB;
@@ -59,9 +60,10 @@ struct ScenarioPart {
 
 struct ScenarioGround {
   std::string name;
-  std::filesystem::path mesh;
+  std::filesystem::path mesh;  ///< or FILE.glb#NODE (split_mesh_path)
   double mesh_scale = 1.0;
   ConvexSource convex;
+  bool at_node = false;  ///< X_WB is the pose of the GLB file, the component is where its node is in it
   Pose X_WB;
   std::array<float, 4> color{0.6F, 0.6F, 0.55F, 1.0F};
 };

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "idl/common/mesh_path.h"
 #include "server/scenario/cell_builders.h"
 #include "server/scenario/convex_import.h"
 #include "server/scenario/world_bounds.h"
@@ -37,7 +38,7 @@ int add_component(CellModel& cell, Component component, const std::shared_ptr<Sh
   description.hierarchy = component.hierarchy;
   description.mass_kg = component.mass_kg;
   description.p_BBcm = component.p_BBcm;
-  description.mesh_uri = file.filename().string();
+  description.mesh_uri = mesh_label(file);
   description.color = color;
   description.mesh = mesh->described();
   cell.description.components.push_back(std::move(description));
@@ -208,7 +209,9 @@ void check_step(const Scenario& scenario, CellModel& cell) {
 
 }  // namespace
 
-std::shared_ptr<const CellModel> build_cell(const Scenario& scenario, const ImportOptions& options) {
+std::shared_ptr<const CellModel> build_cell(const Scenario& stated, const ImportOptions& options) {
+  const std::optional<Scenario> placed = placed_at_nodes(stated);
+  const Scenario& scenario = placed ? *placed : stated;
   auto cell = std::make_shared<CellModel>();
   cell->description.scenario = scenario.name;
   cell->description.step_s = cell->step_s = scenario.step_s;

@@ -1,4 +1,5 @@
 // The sections of a scenario file except contact, drives and assertions, which have files of their own.
+#include "idl/common/mesh_path.h"
 #include "server/contact/holding/connection_rules.h"
 #include "server/fields/fields.h"
 #include "server/scenario/scenario.h"
@@ -44,13 +45,23 @@ void convex(Fields& f, ConvexSource& s) {
   f.or_else(Text::info());
 }
 
-void common_fields(Fields& f, std::filesystem::path& mesh, double& scale, ConvexSource& shapes, Pose& X_WB,
-                   std::array<float, 4>& color) {
-  f.field("mesh", mesh, f.file(), "Closed mesh (OBJ, STL, GLB) in the frame of the component, m.", kRequired);
-  f.field("mesh_scale", scale, kScale, "Factor for the coordinates of the mesh, e.g. 0.001 for mm.");
-  convex(f, shapes);
-  f.pose("pose", X_WB, "Pose of the component in the world; of a part: at the start.");
-  f.field("color", color, Color{}, "Red, green, blue, and alpha.", kNotInModel);
+template <class Item>
+void common_fields(Fields& f, Item& s) {
+  f.field(
+      "mesh", s.mesh, f.mesh(),
+      "Closed mesh (OBJ, STL, GLB) in the frame of the component, m. FILE.glb#NODE is a node of a GLB file "
+      "with the nodes below it, in the frame of the node.",
+      kRequired);
+  f.field("mesh_scale", s.mesh_scale, kScale, "Factor for the coordinates of the mesh, e.g. 0.001 for mm.");
+  convex(f, s.convex);
+  f.pose("pose", s.X_WB, "Pose of the component in the world; of a part: at the start.");
+  f.field(
+      "at_node", s.at_node, Flag{},
+      "With FILE.glb#NODE: `pose` is that of the file, its y axis upwards, and the component is where its "
+      "node is in the file.");
+  f.check(!s.at_node || !split_mesh_path(s.mesh).node.empty(), "at_node", "true",
+          "only with a mesh FILE.glb#NODE");
+  f.field("color", s.color, Color{}, "Red, green, blue, and alpha.", kNotInModel);
 }
 
 }  // namespace
@@ -81,7 +92,7 @@ void describe(Fields& f, ConvexSource& s) {
 }
 
 void describe(Fields& f, ScenarioPart& s) {
-  common_fields(f, s.mesh, s.mesh_scale, s.convex, s.X_WB, s.color);
+  common_fields(f, s);
   f.field("mass_kg", s.mass_kg, positive("kg"), "Mass.", kRequired);
   f.field("hierarchy", s.hierarchy, WholeRange{kMinHierarchy, kMaxHierarchy},
           "Place in the assembly: a part rests on, or sits in, parts of higher numbers.", kRequired);
@@ -111,7 +122,7 @@ void describe(Fields& f, ScenarioPart& s) {
 }
 
 void describe(Fields& f, ScenarioGround& s) {
-  common_fields(f, s.mesh, s.mesh_scale, s.convex, s.X_WB, s.color);
+  common_fields(f, s);
 }
 
 namespace {
@@ -172,8 +183,8 @@ void describe(Fields& f, ScenarioGripper& s) {
   f.field("robot", s.robot, f.name_of({"robots"}, "a robot"), "Robot that carries the gripper.", kRequired);
   f.pose("mount", s.X_FG, "Pose of the gripper on the flange.");
   f.pose("tool_center_point", s.X_GT, "Pose of the tool centre point in the gripper.");
-  f.field("body_mesh", s.body_mesh, f.file(), "Mesh of the body.", kRequired);
-  f.field("jaw_mesh", s.jaw_mesh, f.file(), "Mesh of the left jaw; the right one is the same, turned.",
+  f.field("body_mesh", s.body_mesh, f.mesh(), "Mesh of the body.", kRequired);
+  f.field("jaw_mesh", s.jaw_mesh, f.mesh(), "Mesh of the left jaw; the right one is the same, turned.",
           kRequired);
   f.field("mesh_scale", s.mesh_scale, kScale, "Factor for the coordinates of both meshes.");
   f.field("max_width_m", s.max_width_m, positive("m"), "Largest distance of the jaws.", kRequired);

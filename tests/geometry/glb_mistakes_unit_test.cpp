@@ -101,7 +101,7 @@ TEST_F(GlbFile, MistakesAreReportedWithTheirPlace) {
       {R"("primitives":[{)", R"("primitives":[],"x":[{)", "meshes[0] has no primitives"},
       {R"("primitives":[{)", R"("primitives":5,"x":[{)", "meshes[0] has no primitives"},
       {R"("primitives":[{)", R"("x":[{)", "meshes[0] has no primitives"},
-      {R"("indices":1)", R"("indices":1,"mode":1)", "meshes[0].primitives[0]: lines and points are not"},
+      {R"("indices":1)", R"("indices":1,"mode":1)", "there are no faces in it"},
       {R"("indices":1)", R"("indices":1,"mode":7)", "meshes[0].primitives[0]: the mode 7 is unknown"},
       {R"("attributes":{)", R"("x":{)", "meshes[0].primitives[0] has no attributes"},
       {R"("POSITION":0)", R"("NORMAL":0)", "meshes[0].primitives[0] has no POSITION"},

@@ -10,6 +10,10 @@
 
 #include "server/geometry/mesh/import.h"
 #include "server/scenario/scenario_builder.h"
+#include "server/scenario/scenario_reader.h"
+#include "server/scenario/scenario_writer.h"
+#include "server/simulation/model/model_hash.h"
+#include "tests/support/glb_file.h"
 #include "tests/support/hollow_bodies.h"
 #include "tests/support/temporary_directory.h"
 
@@ -20,6 +24,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
+using ::testing::ThrowsMessage;
 
 class MeshCheckTest : public ::testing::Test {
  protected:
@@ -69,6 +74,48 @@ TEST_F(MeshCheckTest, FaultyMeshesHaveATableOfTheirFaults) {
                     HasSubstr("Remedy: close the hole"), HasSubstr("\nUnusable: object 'open': the edge"),
                     Not(HasSubstr("coarse"))));
   EXPECT_THROW(table("missing.obj", false), MeshError);
+}
+
+TEST_F(MeshCheckTest, NodesOfAGlbFileAreListed) {
+  directory_.write("cell.glb", glb_cell());
+  const std::string text = table("cell.glb", false);
+  EXPECT_THAT(text,
+              AllOf(HasSubstr("6 nodes; one of them is the mesh cell.glb#NAME"),
+                    HasSubstr("Cell/Frame/Housing  4 vertices, 4 triangles, 2000 x 2000 x 2000 mm, longest "
+                              "edge 2828 mm, at (1, 2.5, 3) m, closed\n"),
+                    HasSubstr("Cell/Frame          with the nodes below it: 8 vertices"),
+                    HasSubstr("Cell/Plate          with"), HasSubstr("not closed: object 'Cell/Plate'")));
+  EXPECT_THAT(table("cell.glb#Housing", true), AllOf(HasSubstr("4 triangles"), Not(HasSubstr("nodes"))));
+}
+
+TEST_F(MeshCheckTest, PartsAreNodesOfOneGlbFile) {
+  directory_.write("cell.glb", glb_cell());
+  directory_.write(
+      "s.yaml",
+      "takt_scenario: 1\nname: test\nparts:\n"
+      "  H: {mesh: cell.glb#Housing, at_node: true, mass_kg: 1, hierarchy: 2, pose: {position_m: [0, "
+      "0, 10], rpy_deg: [0, 0, 90]}}\n"
+      "  B: {mesh: 'cell.glb#Plate/Bolt', mass_kg: 1, hierarchy: 1, pose: {position_m: [9, 0, 0]}}\n"
+      "grounds:\n  G: {mesh: cell.glb#Frame/Bolt, at_node: true}\n");
+  const Scenario scenario = read_scenario(directory_ / "s.yaml");
+  const auto cell = build_cell(scenario);
+  // The file is turned by 90 degrees about z and lifted: (1, 2.5, 3) becomes (-2.5, 1, 13).
+  EXPECT_LT((cell->parts[0].X_WB_initial.p - Vec3(-2.5, 1.0, 13.0)).norm(), 1e-12);
+  EXPECT_LT((cell->parts[0].X_WB_initial.R.col(0) + Vec3::UnitX()).norm(), 1e-12);
+  EXPECT_LT((cell->parts[0].p_BBcm - Vec3(0.5, 0.5, 0.5)).norm(), 1e-12);
+  EXPECT_EQ(cell->parts[1].X_WB_initial.p, Vec3(9.0, 0.0, 0.0));
+  EXPECT_LT((cell->grounds[0].X_WB.p - Vec3(0.75, 2.0, 3.0)).norm(), 1e-12);
+  EXPECT_EQ(cell->description.components[1].mesh_uri, "cell.glb#Plate/Bolt");
+  // Written and read back.
+  directory_.write("again.yaml", write_scenario(scenario, directory_.path()));
+  EXPECT_EQ(model_hash(*load_cell(directory_ / "again.yaml")), model_hash(*cell));
+  ScenarioOptions options;
+  options.overrides = {"parts.B.at_node=true"};
+  EXPECT_NE(model_hash(*load_cell(directory_ / "s.yaml", options)), model_hash(*cell));
+  options.overrides = {"parts.B.mesh=box.obj", "parts.B.at_node=true"};
+  EXPECT_THAT([&] { load_cell(directory_ / "s.yaml", options); },
+              ThrowsMessage<ScenarioError>(
+                  AllOf(HasSubstr("parts.B.at_node"), HasSubstr("allowed: only with a mesh FILE.glb#NODE"))));
 }
 
 TEST_F(MeshCheckTest, ScenariosReportRepairedMeshes) {

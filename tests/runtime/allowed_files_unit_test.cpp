@@ -86,7 +86,16 @@ TEST(AllowedFiles, OverridesFollowNoLinksOutOfTheDirectory) {
   EXPECT_THAT(confine(action, files.path()), HasSubstr("names a file in another directory"));
   action = load("cell.yaml", {"parts={C: {mesh: link.obj}}"});
   EXPECT_THAT(confine(action, files.path()), HasSubstr("names a file in another directory"));
-  for (const char* name : {"inside.obj", "C.obj", "none.obj"}) {
+  // The node of a mesh hides no link.
+  action = load("cell.yaml", {"parts.C.mesh=link.obj#Bolt"});
+  EXPECT_THAT(confine(action, files.path()), HasSubstr("names a file in another directory"));
+  action = spawn("link.obj#Bolt");
+  EXPECT_THAT(confine(action, files.path()), HasSubstr("is not below"));
+  action = spawn("inside.obj#Frame/Bolt");
+  EXPECT_EQ(confine(action, files.path()), "");
+  EXPECT_EQ(std::get<requests::SpawnEntity>(action).uri,
+            std::filesystem::canonical(files / "C.obj").string() + "#Frame/Bolt");
+  for (const char* name : {"inside.obj", "C.obj", "none.obj", "C.obj#Bolt"}) {
     action = load("cell.yaml", {"parts.C.mesh=" + std::string(name)});
     EXPECT_EQ(confine(action, files.path()), "") << name;
   }

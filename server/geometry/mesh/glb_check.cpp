@@ -1,9 +1,12 @@
 #include "server/geometry/mesh/glb_check.h"
 
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "server/geometry/mesh/builder.h"
@@ -60,34 +63,49 @@ class GlbCheck {
  public:
   explicit GlbCheck(std::string_view content) { split(content); }
 
-  std::string checked() {
+  GlbNodes read_nodes() {
     for (const char* list : {"nodes", "meshes", "accessors", "bufferViews", "buffers", "scenes"}) {
       const Json* items = member(document_, list);
       if (items != nullptr && !items->is_array()) throw MeshFault(std::string(list) + " is no list");
     }
-    const std::size_t views = count("bufferViews"), accessors = count("accessors");
+    seen_.assign(count("nodes"), false);
+    const Json& scene = item("scenes", number_or(document_, "scene", "the file", 0), "the file");
+    for (const std::uint64_t node : references(scene, "nodes", "the scene")) read_node(node, "the scene");
+    return found_;
+  }
+
+  /// After read_nodes().
+  void read_meshes(CheckedGlb& glb) {
     // Placeholder for content that no mesh needs.
-    views_ = Json(views, {{"buffer", 0}, {"byteLength", 1}});
-    accessors_ = Json(accessors, {{"componentType", kFloat}, {"count", 1}, {"type", "SCALAR"}});
-    nodes_ = Json(count("nodes"), Json::object());
+    views_ = Json(count("bufferViews"), {{"buffer", 0}, {"byteLength", 1}});
+    accessors_ = Json(count("accessors"), {{"componentType", kFloat}, {"count", 1}, {"type", "SCALAR"}});
     meshes_ = Json(count("meshes"), {{"primitives", Json::array()}});
     triangles_.assign(count("meshes"), 0);
-    seen_.assign(count("nodes"), false);
-    Json roots = Json::array();
-    const Json& scene = item("scenes", number_or(document_, "scene", "the file", 0), "the file");
-    for (const std::uint64_t node : references(scene, "nodes", "the scene")) {
-      read_node(node, "the scene");
-      roots.push_back(node);
+    was_read_.assign(count("meshes"), false);
+    Json nodes = Json::array(), roots = Json::array();
+    for (std::size_t i = glb.first; i < glb.last; ++i) {
+      if (!found_[i].mesh) continue;
+      const std::string place = named("nodes", found_[i].number);
+      read_mesh(*found_[i].mesh, place);
+      shown_ += triangles_[*found_[i].mesh];
+      if (shown_ > kMaxGlbTriangles)
+        throw MeshFault("with " + place + " there are more than " + std::to_string(kMaxGlbTriangles) +
+                        " triangles to be seen");
+      if (meshes_[*found_[i].mesh]["primitives"].empty()) continue;
+      roots.push_back(nodes.size());
+      nodes.push_back({{"name", std::to_string(i)}, {"mesh", *found_[i].mesh}});
     }
     const Json result{{"asset", {{"version", "2.0"}}},
                       {"scene", 0},
                       {"scenes", {{{"nodes", roots}}}},
-                      {"nodes", nodes_},
+                      {"nodes", nodes},
                       {"meshes", meshes_},
                       {"accessors", accessors_},
                       {"bufferViews", views_},
                       {"buffers", {{{"byteLength", binary_.size()}}}}};
-    return assembled(result.dump());
+    if (!nodes.empty()) glb.bytes = assembled(result.dump());
+    glb.passed_over = passed_over_;
+    glb.first_passed_over = first_passed_over_;
   }
 
  private:
@@ -166,9 +184,10 @@ class GlbCheck {
     struct Next {
       std::uint64_t node;
       std::size_t depth;
+      int parent;
       std::string from;
     };
-    std::vector<Next> waiting{{root, 0, from}};
+    std::vector<Next> waiting{{root, 0, -1, from}};
     while (!waiting.empty()) {
       const Next next = waiting.back();
       waiting.pop_back();
@@ -179,54 +198,89 @@ class GlbCheck {
                         std::to_string(kMaxGlbDepth));
       if (seen_[next.node]) throw MeshFault(place + " is there twice; every node has one place in a tree");
       seen_[next.node] = true;
-      Json& kept = nodes_[next.node];
-      if (const Json* name = member(node, "name"); name != nullptr && name->is_string()) kept["name"] = *name;
-      for (const auto& [key, size] :
-           {std::pair{"matrix", 16U}, {"translation", 3U}, {"rotation", 4U}, {"scale", 3U}})
-        keep_numbers(node, key, size, place, kept);
+      GlbNode found{next.node, next.parent, name_of(node), {}, {}, false};
+      read_transform(node, place, found);
       if (node.contains("mesh")) {
-        const std::uint64_t mesh = number(node, "mesh", place);
-        read_mesh(mesh, place);
-        shown_ += triangles_[mesh];
-        if (shown_ > kMaxGlbTriangles)
-          throw MeshFault("with " + place + " there are more than " + std::to_string(kMaxGlbTriangles) +
-                          " triangles to be seen");
-        kept["mesh"] = mesh;
+        found.mesh = number(node, "mesh", place);
+        const Json& mesh = item("meshes", *found.mesh, place);
+        if (found.name.empty()) found.name = name_of(mesh);
+        found.has_faces = has_faces(mesh);
       }
-      for (const std::uint64_t child : references(node, "children", place)) {
-        kept["children"].push_back(child);
-        waiting.push_back({child, next.depth + 1, place});
-      }
+      if (found.name.empty()) found.name = place;
+      const auto index = static_cast<int>(found_.size());
+      found_.push_back(std::move(found));
+      std::vector<std::uint64_t> children = references(node, "children", place);
+      for (auto child = children.rbegin(); child != children.rend(); ++child)
+        waiting.push_back({*child, next.depth + 1, index, place});
     }
   }
 
-  static void keep_numbers(const Json& node, const char* key, std::size_t size, const std::string& place,
-                           Json& kept) {
-    const Json* numbers = member(node, key);
-    if (numbers == nullptr) return;
-    bool good = numbers->is_array() && numbers->size() == size;
-    for (std::size_t i = 0; good && i < size; ++i) good = (*numbers)[i].is_number();
+  static std::string name_of(const Json& object) {
+    const Json* name = member(object, "name");
+    return name != nullptr && name->is_string() ? name->get<std::string>() : std::string();
+  }
+
+  /// As far as its description says; read_meshes() checks it.
+  static bool has_faces(const Json& mesh) {
+    const Json* primitives = member(mesh, "primitives");
+    if (primitives == nullptr || !primitives->is_array()) return true;
+    for (const Json& primitive : *primitives) {
+      const Json* mode = member(primitive, "mode");
+      if (mode == nullptr || !mode->is_number_unsigned() || mode->get<std::uint64_t>() >= kTriangles)
+        return true;
+    }
+    return false;
+  }
+
+  static std::vector<double> numbers(const Json& node, const char* key, std::size_t size,
+                                     const std::string& place, std::vector<double> fallback) {
+    const Json* given = member(node, key);
+    if (given == nullptr) return fallback;
+    bool good = given->is_array() && given->size() == size;
+    for (std::size_t i = 0; good && i < size; ++i) good = (*given)[i].is_number();
     if (!good) throw MeshFault(place + ": its " + key + " must be " + std::to_string(size) + " numbers");
-    kept[key] = *numbers;
+    return given->get<std::vector<double>>();
+  }
+
+  static void read_transform(const Json& node, const std::string& place, GlbNode& found) {
+    const std::vector<double> m = numbers(node, "matrix", 16, place, {});
+    const std::vector<double> t = numbers(node, "translation", 3, place, {0.0, 0.0, 0.0});
+    const std::vector<double> q = numbers(node, "rotation", 4, place, {0.0, 0.0, 0.0, 1.0});
+    const std::vector<double> s = numbers(node, "scale", 3, place, {1.0, 1.0, 1.0});
+    if (!m.empty()) {  // column by column
+      found.X_PN.A << m[0], m[4], m[8], m[1], m[5], m[9], m[2], m[6], m[10];
+      found.X_PN.p << m[12], m[13], m[14];
+      return;
+    }
+    const Quat rotation(q[3], q[0], q[1], q[2]);
+    if (!(std::abs(rotation.norm() - 1.0) < 0.01))
+      throw MeshFault(place + ": its rotation has the length " + std::to_string(rotation.norm()) +
+                      "; a quaternion of length 1 is allowed");
+    found.X_PN.A = rotation.normalized().toRotationMatrix() * Vec3(s[0], s[1], s[2]).asDiagonal();
+    found.X_PN.p << t[0], t[1], t[2];
   }
 
   void read_mesh(std::uint64_t index, const std::string& from) {
+    if (was_read_[index]) return;
+    was_read_[index] = true;
     const Json& mesh = item("meshes", index, from);
     Json& kept = meshes_[index];
-    if (!kept["primitives"].empty()) return;
     const std::string place = named("meshes", index);
-    if (const Json* name = member(mesh, "name"); name != nullptr && name->is_string()) kept["name"] = *name;
     const Json* primitives = member(mesh, "primitives");
     if (primitives == nullptr || !primitives->is_array() || primitives->empty())
       throw MeshFault(place + " has no primitives");
-    for (std::size_t p = 0; p < primitives->size(); ++p)
-      kept["primitives"].push_back(
-          primitive((*primitives)[p], index, place + ".primitives[" + std::to_string(p) + "]"));
+    for (std::size_t p = 0; p < primitives->size(); ++p) {
+      const std::string primitive_place = place + ".primitives[" + std::to_string(p) + "]";
+      if (number_or((*primitives)[p], "mode", primitive_place, kTriangles) < kTriangles) {
+        if (passed_over_++ == 0) first_passed_over_ = primitive_place;
+        continue;
+      }
+      kept["primitives"].push_back(primitive((*primitives)[p], index, primitive_place));
+    }
   }
 
   Json primitive(const Json& source, std::uint64_t mesh, const std::string& place) {
     const std::uint64_t mode = number_or(source, "mode", place, kTriangles);
-    if (mode < kTriangles) throw MeshFault(place + ": lines and points are not allowed, only faces");
     if (mode > kFan) throw MeshFault(place + ": the mode " + std::to_string(mode) + " is unknown");
     const Json* attributes = member(source, "attributes");
     if (attributes == nullptr) throw MeshFault(place + " has no attributes");
@@ -320,16 +374,30 @@ class GlbCheck {
 
   Json document_;
   std::string_view binary_;
-  Json nodes_, meshes_, accessors_, views_;
-  std::vector<bool> seen_;
+  GlbNodes found_;
+  Json meshes_, accessors_, views_;
+  std::vector<bool> seen_;       ///< by node
+  std::vector<bool> was_read_;   ///< by mesh
+  std::size_t passed_over_ = 0;  ///< primitives of lines and points
+  std::string first_passed_over_;
   std::vector<std::uint64_t> triangles_;  ///< by mesh
   std::uint64_t shown_ = 0;
 };
 
 }  // namespace
 
-std::string checked_glb(std::string_view content) {
-  return GlbCheck(content).checked();
+GlbNodes read_glb_nodes(std::string_view content) {
+  return GlbCheck(content).read_nodes();
+}
+
+CheckedGlb checked_glb(std::string_view content, const std::string& node) {
+  GlbCheck check(content);
+  CheckedGlb result;
+  result.nodes = check.read_nodes();
+  result.last = result.nodes.size();
+  if (!node.empty()) std::tie(result.first, result.last) = find_glb_node(result.nodes, node);
+  check.read_meshes(result);
+  return result;
 }
 
 }  // namespace takt

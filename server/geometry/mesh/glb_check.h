@@ -5,15 +5,31 @@
 #include <string>
 #include <string_view>
 
+#include "server/geometry/mesh/glb_nodes.h"
+
 namespace takt {
 
 /// Largest number of triangles that all nodes of a file may show together, and deepest nesting of nodes.
 inline constexpr std::size_t kMaxGlbTriangles = 20'000'000;
 inline constexpr std::size_t kMaxGlbDepth = 200;
 
-/// The file reduced to its nodes, meshes, positions and indices, under their original numbers; materials,
-/// pictures, animations, skins and extensions are left out. Throws MeshFault with the place (mesh, node,
-/// accessor) of an invalid value. Source: glTF 2.0, sections 3.5 to 3.7 and 4.4.
-std::string checked_glb(std::string_view content);
+/// The nodes of the file's scene. Throws MeshFault with the place of an invalid value.
+GlbNodes read_glb_nodes(std::string_view content);
+
+/// A file reduced to the meshes of some of its nodes, their positions and indices; materials, pictures,
+/// animations, skins and extensions are left out.
+struct CheckedGlb {
+  GlbNodes nodes;                   ///< all of the scene
+  std::size_t first = 0, last = 0;  ///< range of the chosen nodes
+  /// GLB: the chosen nodes with faces, side by side without transforms; a node's name is its index in `nodes`.
+  /// Empty without faces.
+  std::string bytes;
+  std::size_t passed_over = 0;    ///< primitives of lines and points
+  std::string first_passed_over;  ///< meshes[M].primitives[P]
+};
+
+/// The node of this name with the nodes below it; without a name, the whole scene. Throws MeshFault with the
+/// place (mesh, node, accessor) of an invalid value. Source: glTF 2.0, sections 3.5 to 3.7 and 4.4.
+CheckedGlb checked_glb(std::string_view content, const std::string& node = {});
 
 }  // namespace takt

@@ -16,24 +16,9 @@
 namespace takt {
 namespace {
 
-/// Affine map of a node: glTF allows scale and shear, so this is not a Pose.
-struct Affine {
-  Mat3 A = Mat3::Identity();
-  Vec3 p = Vec3::Zero();
-};
-
-Affine compose(const Affine& parent, const aiMatrix4x4& m) {
-  Affine child;
-  child.A << m.a1, m.a2, m.a3, m.b1, m.b2, m.b3, m.c1, m.c2, m.c3;
-  child.p << m.a4, m.b4, m.c4;
-  return {parent.A * child.A, parent.A * child.p + parent.p};
-}
-
 void add_mesh(const std::string& object, const aiMesh& mesh, const Affine& X_FN, MeshBuilder& builder) {
   std::vector<std::uint32_t> numbers;
-  const auto place = [&](const MeshBuilder::Single& p_N) -> Vec3 {
-    return X_FN.A * shortest_decimals(p_N) + X_FN.p;
-  };
+  const auto place = [&](const MeshBuilder::Single& p_N) -> Vec3 { return X_FN * shortest_decimals(p_N); };
   for (std::size_t i = 0; i < mesh.mNumVertices; ++i) {
     const aiVector3D& v = mesh.mVertices[i];
     const MeshBuilder::Single p_N{v.x, v.y, v.z};
@@ -56,30 +41,52 @@ void add_mesh(const std::string& object, const aiMesh& mesh, const Affine& X_FN,
   }
 }
 
-void add_node(const aiScene& scene, const aiNode& node, const Affine& X_FP, MeshBuilder& builder) {
-  const Affine X_FN = compose(X_FP, node.mTransformation);
-  if (node.mNumMeshes > 0) {
-    const std::string name = node.mName.C_Str();
+/// By index in CheckedGlb::nodes: the node in the axes of the result.
+std::vector<Affine> places(const CheckedGlb& glb, bool in_frame_of_first) {
+  std::vector<Affine> X(glb.nodes.size());
+  for (std::size_t i = glb.first; i < glb.last; ++i) {
+    const GlbNode& node = glb.nodes[i];
+    if (in_frame_of_first && i == glb.first)
+      X[i] = rigid_part(glb_node_in_file(glb.nodes, i), node.name).second;
+    else
+      X[i] = node.parent < 0 ? node.X_PN : X[static_cast<std::size_t>(node.parent)] * node.X_PN;
+  }
+  return X;
+}
+
+void add_nodes(const aiScene& scene, const aiNode& shown, const CheckedGlb& glb, const std::vector<Affine>& X,
+               MeshBuilder& builder) {
+  if (shown.mNumMeshes > 0) {
+    const auto index = static_cast<std::size_t>(std::stoull(shown.mName.C_Str()));
+    const std::string name = glb_node_path(glb.nodes, index);
     builder.begin_object(name);
     builder.forget_positions();
-    for (unsigned i = 0; i < node.mNumMeshes; ++i)
-      add_mesh(name, *scene.mMeshes[node.mMeshes[i]], X_FN, builder);
+    for (unsigned i = 0; i < shown.mNumMeshes; ++i)
+      add_mesh(name, *scene.mMeshes[shown.mMeshes[i]], X.at(index), builder);
   }
-  for (unsigned i = 0; i < node.mNumChildren; ++i) add_node(scene, *node.mChildren[i], X_FN, builder);
+  for (unsigned i = 0; i < shown.mNumChildren; ++i) add_nodes(scene, *shown.mChildren[i], glb, X, builder);
 }
 
 }  // namespace
 
-std::vector<NamedMesh> read_glb(std::string_view content) {
-  const std::string checked = checked_glb(content);
+std::vector<NamedMesh> read_glb(std::string_view content, const std::string& node) {
+  const CheckedGlb glb = checked_glb(content, node);
+  if (glb.bytes.empty()) return {};
   Assimp::Importer importer;
   const aiScene* scene =
-      importer.ReadFileFromMemory(checked.data(), checked.size(), aiProcess_Triangulate, "glb");
+      importer.ReadFileFromMemory(glb.bytes.data(), glb.bytes.size(), aiProcess_Triangulate, "glb");
   if (scene == nullptr || scene->mRootNode == nullptr)
     throw MeshFault(std::string("it cannot be understood: ") + importer.GetErrorString());
   MeshBuilder builder;
-  add_node(*scene, *scene->mRootNode, Affine{}, builder);
-  return builder.take_objects();
+  add_nodes(*scene, *scene->mRootNode, glb, places(glb, !node.empty()), builder);
+  std::vector<NamedMesh> objects = builder.take_objects();
+  if (glb.passed_over > 0 && !objects.empty())
+    objects.front().findings.push_back(
+        {MeshDiagnosticKind::no_faces, MeshSeverity::info, glb.passed_over, 0.0, Vec3::Zero(),
+         counted(glb.passed_over, "primitive draws", "primitives draw") +
+             " lines or points, which bound nothing, the first is " + glb.first_passed_over,
+         "nothing to do: they are passed over"});
+  return objects;
 }
 
 }  // namespace takt

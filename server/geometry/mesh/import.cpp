@@ -10,6 +10,8 @@
 #include <utility>
 
 #include "idl/common/bounded_file.h"
+#include "idl/common/mesh_path.h"
+#include "server/geometry/mesh/glb_check.h"
 #include "server/geometry/mesh/glb_reader.h"
 #include "server/geometry/mesh/obj_reader.h"
 #include "server/geometry/mesh/stl_reader.h"
@@ -21,16 +23,21 @@ namespace {
   throw MeshError("mesh file " + file.string() + ": " + problem);
 }
 
-using Reader = std::vector<NamedMesh> (*)(std::string_view content);
-
-Reader reader_of(const std::filesystem::path& file) {
+std::string format_of(const std::filesystem::path& file) {
   std::string extension = file.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  if (extension == ".obj") return read_obj;
-  if (extension == ".stl") return read_stl;
-  if (extension == ".glb") return read_glb;
-  fail(file, "the format '" + extension + "' is not supported; allowed are .obj, .stl and .glb.");
+  return extension;
+}
+
+bool is_known(const std::string& format) {
+  return format == ".obj" || format == ".stl" || format == ".glb";
+}
+
+std::vector<NamedMesh> read_objects(const std::string& format, std::string_view content,
+                                    const std::string& node) {
+  if (format == ".glb") return read_glb(content, node);
+  return format == ".obj" ? read_obj(content) : read_stl(content);
 }
 
 /// As text, 4 million triangles take half of it.
@@ -84,16 +91,49 @@ TriangleMesh joined(const TriangleMesh& pieces) {
 std::vector<NamedMesh> import_mesh_objects(const std::filesystem::path& file, double scale) {
   if (!(scale > 0.0) || !std::isfinite(scale))
     fail(file, "the scale is " + std::to_string(scale) + ", it must be positive and finite.");
+  const MeshPath path = split_mesh_path(file);
+  const std::string format = format_of(path.file);
+  if (!is_known(format))
+    fail(file, "the format '" + format + "' is not supported; allowed are .obj, .stl and .glb.");
+  if (!path.node.empty() && format != ".glb")
+    fail(file, "a node of it is named (#" + path.node + "), but only GLB files have nodes; allowed is " +
+                   path.file.string() + ".");
   std::vector<NamedMesh> objects;
   try {
-    const Reader read = reader_of(file);
-    objects = read(read_file(file));
+    objects = read_objects(format, read_file(path.file), path.node);
   } catch (const MeshFault& fault) {
     fail(file, std::string(fault.what()) + ".");
   }
   if (objects.empty()) fail(file, "there are no faces in it.");
   for (NamedMesh& object : objects) apply_scale(file, scale, object);
   return objects;
+}
+
+Pose upright(const Pose& X_FN) {
+  Mat3 R;
+  R << 1.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 1.0, 0.0;
+  return {R * X_FN.R + Mat3::Zero(), R * X_FN.p + Vec3::Zero()};  // + 0: -0 becomes 0
+}
+
+std::vector<MeshNode> list_mesh_nodes(const std::filesystem::path& file, double scale) {
+  const MeshPath path = split_mesh_path(file);
+  if (format_of(path.file) != ".glb") return {};
+  try {
+    const GlbNodes nodes = read_glb_nodes(read_file(path.file));
+    std::pair<std::size_t, std::size_t> range{0, nodes.size()};
+    if (!path.node.empty()) range = find_glb_node(nodes, path.node);
+    std::vector<MeshNode> result;
+    for (std::size_t i = range.first; i < range.second; ++i) {
+      if (!has_faces(nodes, i, end_of_glb_node(nodes, i))) continue;
+      MeshNode node{glb_node_path(nodes, i), nodes[i].has_faces, {}};
+      node.X_FN = rigid_part(glb_node_in_file(nodes, i), node.path).first;
+      node.X_FN.p *= scale;
+      result.push_back(std::move(node));
+    }
+    return result;
+  } catch (const MeshFault& fault) {
+    fail(file, std::string(fault.what()) + ".");
+  }
 }
 
 TriangleMesh import_solid(const std::filesystem::path& file, double scale) {

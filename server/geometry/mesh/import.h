@@ -18,12 +18,26 @@ class MeshError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// All objects of the file that have faces, lengths multiplied by `scale` (> 0). Coordinates in text have
+/// All objects of the file that have faces (of FILE.glb#NODE those of the node, in its frame: read_glb), lengths multiplied by `scale` (> 0). Coordinates in text have
 /// double precision. Positions that are equal in single precision become one vertex of an object, at the
 /// place of the first. The mesh is not repaired further. Throws MeshError for a missing, unreadable,
 /// truncated or empty file, coordinates that are not finite in single precision, indices out of range, or an
 /// unsupported format. Lines and points of OBJ files are passed over (NamedMesh::findings).
 std::vector<NamedMesh> import_mesh_objects(const std::filesystem::path& file, double scale = 1.0);
+
+/// A node of a GLB file that has faces, or has nodes with faces below it.
+struct MeshNode {
+  std::string path;        ///< names from the root to it, e.g. Cell/Frame/Housing
+  bool has_faces = false;  ///< of its own
+  Pose X_FN;               ///< in the file, y up; lengths multiplied by the scale
+};
+
+/// A pose in a file whose y axis points up, in the same file with z up: (x, y, z) becomes (x, -z, y).
+Pose upright(const Pose& X_FN);
+
+/// The nodes of a GLB file, or of FILE.glb#NODE that one first and those below it, parents before children;
+/// none of other formats. Throws MeshError.
+std::vector<MeshNode> list_mesh_nodes(const std::filesystem::path& file, double scale = 1.0);
 
 /// The objects of the file as one mesh that bounds a solid (check_closed); else throws MeshError with the
 /// reason. Either every object is closed by itself (a table top and its legs), or all of them together are (a

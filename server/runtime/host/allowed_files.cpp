@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "idl/common/mesh_path.h"
 #include "server/fields/field_value.h"
 
 namespace takt {
@@ -23,12 +24,14 @@ std::string confine(std::string& uri, const std::filesystem::path& directory) {
   std::error_code error;
   const auto root = std::filesystem::canonical(directory, error);
   if (error) return "The directory of scenarios " + directory.string() + " is not there.";
-  const auto whole = std::filesystem::weakly_canonical(root / file, error);
+  // The node of a mesh is no part of the name of the file, which may be a symbolic link.
+  const MeshPath mesh = split_mesh_path(root / file);
+  const auto whole = std::filesystem::weakly_canonical(mesh.file, error);
   const auto differs = std::mismatch(root.begin(), root.end(), whole.begin(), whole.end());
   if (error || differs.first != root.end())
     return "The file '" + file.string().substr(0, 200) + "' is not below the directory of scenarios, " +
            root.string() + "; this server reads no others.";
-  uri = whole.string();
+  uri = whole.string() + (mesh.node.empty() ? "" : "#" + mesh.node);
   return {};
 }
 
@@ -36,9 +39,10 @@ std::string confine(std::string& uri, const std::filesystem::path& directory) {
 bool name_leaves(const std::string& name, const std::filesystem::path& scenarios,
                  const std::filesystem::path& beside) {
   if (name.find("..") != std::string::npos || name.find('/') != std::string::npos) return true;
+  if (name.size() > kLongestName_bytes) return false;
   std::error_code error;
-  return name.size() <= kLongestName_bytes && std::filesystem::exists(beside / name, error) &&
-         !is_below(scenarios, beside / name);
+  const std::filesystem::path file = split_mesh_path(beside / name).file;
+  return std::filesystem::exists(file, error) && !is_below(scenarios, file);
 }
 
 /// A value that names a file elsewhere; names in scenarios are relative to the scenario. The value is read as the

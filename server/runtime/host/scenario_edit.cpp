@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "idl/common/mesh_path.h"
 #include "server/runtime/host/allowed_files.h"
 #include "server/scenario/scenario_names.h"
 
@@ -63,7 +64,7 @@ std::variant<ScenarioPart, Refusal> new_part(const Scenario& scenario, const req
     part.mesh = file_of_uri(*request.uri);
     part.mesh_scale = request.mesh_scale.value_or(1.0);
     std::error_code unreadable;
-    if (!std::filesystem::exists(part.mesh, unreadable))
+    if (!std::filesystem::exists(split_mesh_path(part.mesh).file, unreadable))
       return Refusal{ControlResult::no_resource, "There is no file " + part.mesh.string() +
                                                      ", seen from the working directory of the server."};
   }
@@ -71,6 +72,7 @@ std::variant<ScenarioPart, Refusal> new_part(const Scenario& scenario, const req
   const auto& q = request.orientation;
   part.X_WB = {Quat(q.w, q.x, q.y, q.z).normalized().toRotationMatrix(),
                Vec3(position.x, position.y, position.z)};
+  part.at_node = false;
   part.V_WB = {};
   if (request.mass) part.mass_kg = *request.mass;
   if (request.hierarchy) part.hierarchy = *request.hierarchy;

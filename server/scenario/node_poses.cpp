@@ -1,0 +1,34 @@
+#include <algorithm>
+
+#include "server/geometry/mesh/import.h"
+#include "server/scenario/cell_builders.h"
+
+namespace takt {
+
+namespace {
+
+template <class Item>
+bool has_at_node(const std::vector<Item>& items) {
+  return std::any_of(items.begin(), items.end(), [](const Item& item) { return item.at_node; });
+}
+
+template <class Item>
+void place(std::vector<Item>& items) {
+  for (Item& item : items) {
+    if (!item.at_node) continue;
+    item.X_WB = item.X_WB * upright(list_mesh_nodes(item.mesh, item.mesh_scale).front().X_FN);
+    item.at_node = false;
+  }
+}
+
+}  // namespace
+
+std::optional<Scenario> placed_at_nodes(const Scenario& scenario) {
+  if (!has_at_node(scenario.parts) && !has_at_node(scenario.grounds)) return {};
+  Scenario placed = scenario;
+  place(placed.parts);
+  place(placed.grounds);
+  return placed;
+}
+
+}  // namespace takt
