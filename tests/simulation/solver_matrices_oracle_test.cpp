@@ -5,6 +5,7 @@
 #include <random>
 
 #include "plant_models/mechanics/rigid_body.h"
+#include "server/simulation/solver/block_lu.h"
 #include "server/simulation/solver/sparse_lu.h"
 #include "server/simulation/solver/system_jacobian.h"
 #include "tests/support/box_cell.h"
@@ -54,6 +55,92 @@ TEST(SparseLu, SingularMatricesAreRefused) {
   EXPECT_FALSE(lu.factorise(1.0, singular));
   EXPECT_FALSE(lu.factorise(1.0, dependent));
   EXPECT_TRUE(lu.factorise(0.5, singular));
+}
+
+/// Nodes of 1 to 9 unknowns, in any order on the right side, and couplings between them, some of them twice.
+struct BlockPattern {
+  BlockPattern(std::size_t count, std::mt19937& random) {
+    for (std::size_t i = 0; i < count; ++i) {
+      nodes.push_back({static_cast<std::size_t>(unknowns), i % 3 == 0 ? 1 + random() % 9 : 6});
+      unknowns += static_cast<Eigen::Index>(nodes.back().size);
+    }
+    const auto any = [&] { return static_cast<int>(random() % static_cast<unsigned>(count)); };
+    for (std::size_t i = 0; i < 2 * count; ++i) couplings.emplace_back(any(), any());
+  }
+  std::vector<BlockLu::Node> nodes;
+  std::vector<std::pair<int, int>> couplings;
+  Eigen::Index unknowns = 0;
+};
+
+TEST(BlockLu, RandomSystemsHaveTheDenseSolution) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> value(-1.0, 1.0);
+  BlockLu lu;
+  for (int round = 0; round < 100; ++round) {
+    const BlockPattern pattern(1 + static_cast<std::size_t>(round) % 30, random);
+    const Eigen::Index n = pattern.unknowns;
+    lu.set_pattern(pattern.nodes, pattern.couplings);
+    for (int use = 0; use < 2; ++use) {
+      Matrix A = Matrix::Zero(n, n);
+      lu.clear();
+      const auto fill = [&](int row, int column, double dominance) {
+        const auto &r = pattern.nodes[static_cast<std::size_t>(row)],
+                   &c = pattern.nodes[static_cast<std::size_t>(column)];
+        const auto rows = static_cast<Eigen::Index>(r.size), columns = static_cast<Eigen::Index>(c.size);
+        Matrix block = Matrix::NullaryExpr(rows, columns, [&] { return value(random); });
+        // Rows in another order: exchanges are needed.
+        if (row == column) block += dominance * Matrix::Identity(rows, rows).rowwise().reverse();
+        A.block(static_cast<Eigen::Index>(r.first), static_cast<Eigen::Index>(c.first), rows, columns) +=
+            block;
+        Eigen::Map<Matrix>(lu.block(row, column), rows, columns) += block;
+      };
+      for (std::size_t i = 0; i < pattern.nodes.size(); ++i)
+        fill(static_cast<int>(i), static_cast<int>(i), 40.0);
+      for (const auto& [one, other] : pattern.couplings)
+        if (one != other) fill(one, other, 0.0), fill(other, one, 0.0);
+      // A row of a servo: its own unknown alone.
+      const auto& servo = pattern.nodes[pattern.nodes.size() / 2];
+      const auto row = static_cast<Eigen::Index>(servo.first);
+      A.row(row).setZero();
+      A(row, row) = 3.0;
+      lu.clear_row(static_cast<int>(pattern.nodes.size() / 2), 0);
+      *lu.block(static_cast<int>(pattern.nodes.size() / 2), static_cast<int>(pattern.nodes.size() / 2)) = 3.0;
+      Vector b = Vector::NullaryExpr(n, [&] { return value(random); });
+      const auto dense = A.fullPivLu();
+      if (!dense.isInvertible()) continue;
+      ASSERT_TRUE(lu.factorise());
+      const Vector expected = dense.solve(b);
+      lu.solve(b.data());
+      EXPECT_LE((b - expected).norm(), 1e-10 * (1.0 + expected.norm())) << round;
+    }
+  }
+}
+
+TEST(BlockLu, ChainsAndStarsHaveNoFill) {
+  std::vector<BlockLu::Node> nodes;
+  std::vector<std::pair<int, int>> chain, star;
+  for (int i = 0; i < 20; ++i) {
+    nodes.push_back({6 * static_cast<std::size_t>(i), 6});
+    if (i > 0) chain.emplace_back(i - 1, i), star.emplace_back(0, i);
+  }
+  BlockLu lu;
+  for (const auto& couplings : {chain, star}) {
+    lu.set_pattern(nodes, couplings);
+    EXPECT_EQ(lu.fill(), 20U + 2U * 19U);
+  }
+}
+
+TEST(BlockLu, SingularBlocksAreRefused) {
+  const std::vector<BlockLu::Node> nodes{{0, 1}, {1, 1}};
+  const std::vector<std::pair<int, int>> couplings{{0, 1}};
+  BlockLu lu;
+  lu.set_pattern(nodes, couplings);
+  for (const double last : {1.0, 2.0, std::nan("")}) {
+    lu.clear();
+    *lu.block(0, 0) = *lu.block(0, 1) = *lu.block(1, 0) = 1.0;
+    *lu.block(1, 1) = last;
+    EXPECT_EQ(lu.factorise(), last == 2.0);
+  }
 }
 
 TEST(SystemJacobian, TheBlocksEqualThoseOfTheDenseMatrix) {

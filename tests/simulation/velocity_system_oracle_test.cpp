@@ -172,6 +172,24 @@ TEST(VelocitySystem, TheMatrixIsExactForPartsAtRestOnSprings) {
   EXPECT_EQ(linear.largest_group(), 18U);
 }
 
+TEST(VelocitySystem, TheMatrixIsExactForALargeGroup) {
+  // Nine plates side by side and on each other, as bricks are: one group beyond the dense ones, and one Part
+  // alone.
+  BoxCell cell;
+  for (int layer = 0; layer < 3; ++layer)
+    for (int i = 0; i < 3; ++i)
+      cell.part("B" + std::to_string(3 * layer + i), 0.5 + 0.1 * i, 9 - layer, {0.1, 0.08, 0.04},
+                at(0.11 * i + 0.05 * layer, 0.0, 3.0 + 0.04 * layer));
+  cell.part("alone", 1.0, 3, {0.06, 0.08, 0.08}, at(5.0, 0, 3.0));
+  FloatingParts parts(cell, InteractionAlgorithm::substitute_force);
+  VelocitySystem linear(*parts.system);
+  for (const double h : {1e-4, 1e-2})
+    EXPECT_LT(error_of_solve(*parts.system, linear, 0.0, parts.x, 1.0 / h, 1.0), 1e-5) << h;
+  EXPECT_EQ(linear.group_count(), 2U);
+  EXPECT_EQ(linear.largest_group(), 54U);
+  EXPECT_GT(linear.largest_group(), VelocitySystem::kMaxDense);
+}
+
 TEST(VelocitySystem, TheSystemFollowsTheGroups) {
   BoxCell cell;
   cell.part("B", 1.0, 4, {0.2, 0.1, 0.06}, at(0, 0, 3.0));

@@ -50,8 +50,10 @@ VelocitySystem::VelocitySystem(const OdeSystem& system)
   groups_.reserve(units_.size());
   pairs_.reserve(16 + 8 * system.body_count());
   ends_.reserve(pairs_.capacity());
+  matrices_.reserve(velocities * kMaxDense);
+  nodes_.reserve(units_.size()), couplings_.reserve(pairs_.capacity());
   const std::size_t room = std::min(velocities, kRoomForAll);
-  matrices_.reserve(std::max(room * room, velocities * 2 * kMaxVelocities));
+  if (velocities > kMaxDense) sparse_.reserve(std::min(units_.size(), room), room);
   pivots_.resize(velocities), right_.resize(velocities);
   displacement_.resize(velocities), r_u_.resize(velocities);
   twists_.resize(system.body_count());
@@ -113,10 +115,43 @@ void VelocitySystem::find_groups() {
   largest_group_ = 0;
   for (Group& group : groups_) {
     group.first = first, group.matrix = matrix;
-    first += group.size, matrix += group.size * group.size;
+    first += group.size;
+    if (group.is_dense()) matrix += group.size * group.size;
     largest_group_ = std::max(largest_group_, group.size);
   }
   if (matrices_.size() < matrix) matrices_.resize(matrix);
+  if (largest_group_ > kMaxDense) set_sparse_pattern();
+}
+
+void VelocitySystem::set_sparse_pattern() {
+  nodes_.clear(), couplings_.clear();
+  for (std::size_t i = units_.size(); i-- > 0;) {
+    Unit& unit = units_[i];
+    unit.node = -1;
+    if (unit.group == kNoGroup || groups_[unit.group].is_dense()) continue;
+    unit.node = static_cast<int>(nodes_.size());
+    nodes_.push_back({groups_[unit.group].first + unit.place, unit.velocities});
+  }
+  for (const PairEnds& ends : ends_) {
+    if (ends.base.unit < 0 || ends.target.unit < 0) continue;
+    const int base = units_[static_cast<std::size_t>(ends.base.unit)].node;
+    const int target = units_[static_cast<std::size_t>(ends.target.unit)].node;
+    if (base >= 0 && base != target) couplings_.emplace_back(base, target);
+  }
+  sparse_.set_pattern(nodes_, couplings_);
+}
+
+VelocitySystem::BlockPlace VelocitySystem::block_of(const Unit& row, const Unit& column) {
+  const Group& group = groups_[row.group];
+  if (!group.is_dense()) return {sparse_.block(row.node, column.node), row.velocities};
+  return {&matrices_[group.matrix + column.place * group.size + row.place], group.size};
+}
+
+void VelocitySystem::clear_row(const Unit& unit, std::size_t i) {
+  const Group& group = groups_[unit.group];
+  if (!group.is_dense()) return sparse_.clear_row(unit.node, i);
+  for (std::size_t k = 0; k < group.size; ++k)
+    matrices_[group.matrix + k * group.size + unit.place + i] = 0.0;
 }
 
 // Motion prescribed by time (models without states) changes the forces on other models.
@@ -161,15 +196,18 @@ void VelocitySystem::add_pair(const Mat6& G, const PairEnds& ends) {
   for (const End* column : both) {
     if (column->unit < 0) continue;
     const Unit& c = units_[static_cast<std::size_t>(column->unit)];
-    double* matrix = matrix_of(c);
-    const std::size_t n = groups_[c.group].size;
+    BlockPlace blocks[2] = {};
+    for (std::size_t side = 0; side < 2; ++side)
+      if (both[side]->unit >= 0)
+        blocks[side] = block_of(units_[static_cast<std::size_t>(both[side]->unit)], c);
     for (std::size_t k = 0; k < c.velocities; ++k) {
       const Vec6 force = G * Eigen::Map<const Vec6>(&column->J[6 * k]);
-      for (const End* row : both) {
+      for (std::size_t side = 0; side < 2; ++side) {
+        const End* row = both[side];
         if (row->unit < 0) continue;
         const Unit& r = units_[static_cast<std::size_t>(row->unit)];
         const double sign = row == column ? 1.0 : -1.0;
-        double* entries = matrix + (c.place + k) * n + r.place;
+        double* entries = blocks[side].values + k * blocks[side].stride;
         for (std::size_t i = 0; i < r.velocities; ++i)
           entries[i] += sign * Eigen::Map<const Vec6>(&row->J[6 * i]).dot(force);
       }
@@ -179,23 +217,25 @@ void VelocitySystem::add_pair(const Mat6& G, const PairEnds& ends) {
 
 void VelocitySystem::assemble(double a, double b) {
   for (const Group& group : groups_)
-    std::fill_n(matrices_.begin() + static_cast<std::ptrdiff_t>(group.matrix), group.size * group.size, 0.0);
+    if (group.is_dense())
+      std::fill_n(matrices_.begin() + static_cast<std::ptrdiff_t>(group.matrix), group.size * group.size,
+                  0.0);
+  if (largest_group_ > kMaxDense) sparse_.clear();
   for (std::size_t i = 0; i < pairs_.size(); ++i)
     add_pair(-b * pairs_[i].D - b * b / a * pairs_[i].K, ends_[i]);
   for (Unit& unit : units_) {
     if (!unit.active || !unit.form) continue;
-    const std::size_t n = groups_[unit.group].size;
-    double* matrix = matrix_of(unit);
+    const BlockPlace own = block_of(unit, unit);
     for (std::size_t k = 0; k < unit.velocities; ++k) {
-      double* column = matrix + (unit.place + k) * n + unit.place;
+      double* column = own.values + k * own.stride;
       for (std::size_t i = 0; i < unit.velocities; ++i) column[i] += a * unit.mass[k * unit.velocities + i];
       column[k] += unit.rows[k].value;
     }
-    unit.form->add_couplings(matrix + unit.place * n + unit.place, n);
+    unit.form->add_couplings(own.values, own.stride);
     for (std::size_t i = 0; i < unit.velocities; ++i) {
       if (!unit.rows[i].prescribed) continue;
-      for (std::size_t k = 0; k < n; ++k) matrix[k * n + unit.place + i] = 0.0;
-      matrix[(unit.place + i) * n + unit.place + i] = unit.rows[i].value;
+      clear_row(unit, i);
+      own.values[i * own.stride + i] = unit.rows[i].value;
     }
   }
 }
@@ -223,8 +263,10 @@ bool VelocitySystem::factorise(double a, double b) {
   }
   assemble(a, b);
   for (const Group& group : groups_)
-    if (!factorise_dense(&matrices_[group.matrix], group.size, &pivots_[group.first])) return false;
-  return true;
+    if (group.is_dense() &&
+        !factorise_dense(&matrices_[group.matrix], group.size, &pivots_[group.first]))
+      return false;
+  return largest_group_ <= kMaxDense || sparse_.factorise();
 }
 
 void VelocitySystem::solve(std::span<double> r, double rate_share) {
@@ -270,7 +312,9 @@ void VelocitySystem::solve(std::span<double> r, double rate_share) {
     }
   }
   for (const Group& group : groups_)
-    solve_dense(&matrices_[group.matrix], group.size, &pivots_[group.first], &right_[group.first]);
+    if (group.is_dense())
+      solve_dense(&matrices_[group.matrix], group.size, &pivots_[group.first], &right_[group.first]);
+  if (largest_group_ > kMaxDense) sparse_.solve(right_.data());
   for (Unit& unit : units_) {
     if (!unit.active || !unit.form) continue;
     unit.form->expand(&right_[groups_[unit.group].first + unit.place], r.data() + unit.begin);

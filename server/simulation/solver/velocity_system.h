@@ -4,8 +4,9 @@
 // forces between them added pair by pair (contact/pair_linearisation.h). With J_p the twist of the bodies of
 // a pair relative to each other, at its point, per velocity:
 //   (a M - b J_p^T D J_p - b^2/a J_p^T K J_p + ...) u = M r_u + b/a J_p^T K J_p d_r + ...
-// Models that pairs join directly or through others make one group with one dense LU with pivoting: a group
-// of n velocities costs n^3 / 3. Grounds and kinematic robots have no unknowns and join no models. A model
+// Models that pairs join directly or through others make one group. Up to kMaxDense velocities it has one
+// dense LU with pivoting, n^3 / 3; larger groups (heaps, stacks) share one sparse LU of blocks, a block for
+// each model (block_lu.h). Grounds and kinematic robots have no unknowns and join no models. A model
 // without velocities is a block of its own, of its jacobian_pattern(); without a pattern it is treated
 // explicitly, y = r / a.
 //
@@ -14,13 +15,14 @@
 // more iterations.
 //
 // Groups may change with every linearisation, as contacts do. Memory only grows: up to kRoomForAll velocities
-// the space for one group of all of them is reserved; beyond that it grows when a larger group forms.
+// the space for the densest system is reserved; beyond that it grows when groups need more.
 #include <array>
 #include <memory>
 #include <span>
 #include <vector>
 
 #include "idl/common/disjoint_sets.h"
+#include "server/simulation/solver/block_lu.h"
 #include "server/simulation/solver/ode_system.h"
 
 namespace takt {
@@ -28,6 +30,7 @@ namespace takt {
 class VelocitySystem {
  public:
   static constexpr std::size_t kRoomForAll = 256;
+  static constexpr std::size_t kMaxDense = 48;
 
   explicit VelocitySystem(const OdeSystem& system);
 
@@ -58,6 +61,7 @@ class VelocitySystem {
     std::size_t first_velocity = 0;  ///< in the arrays over all velocities
     bool active = false;
     std::size_t group = 0, place = 0;  ///< where its velocities are in the group
+    int node = -1;                     ///< in the sparse system, if the group is in it
     std::vector<double> mass;
     std::vector<VelocityForm::Row> rows;
     // Without velocities.
@@ -75,7 +79,13 @@ class VelocitySystem {
   };
   struct Group {
     std::size_t first = 0, size = 0;  ///< in the vectors over grouped velocities
-    std::size_t matrix = 0;           ///< first of its entries
+    std::size_t matrix = 0;           ///< first of its entries, if it is dense
+    bool is_dense() const { return size <= kMaxDense; }
+  };
+  /// Place of a block of the matrix, column-major.
+  struct BlockPlace {
+    double* values;
+    std::size_t stride;  ///< between columns
   };
 
   int unit_of(int body) const;
@@ -84,7 +94,9 @@ class VelocitySystem {
   void assemble(double a, double b);
   void add_pair(const Mat6& G, const PairEnds& ends);
   bool factorise_block(Unit& unit, double a, double b) const;
-  double* matrix_of(const Unit& unit) { return &matrices_[groups_[unit.group].matrix]; }
+  void set_sparse_pattern();
+  BlockPlace block_of(const Unit& row, const Unit& column);
+  void clear_row(const Unit& unit, std::size_t i);
 
   std::vector<Unit> units_;
   std::vector<int> unit_of_body_;
@@ -92,7 +104,10 @@ class VelocitySystem {
   std::vector<PairLinearisation> pairs_;
   std::vector<PairEnds> ends_;
   std::vector<Group> groups_;
-  std::vector<double> matrices_;
+  std::vector<double> matrices_;  ///< of the dense groups
+  BlockLu sparse_;                ///< of the others
+  std::vector<BlockLu::Node> nodes_;
+  std::vector<std::pair<int, int>> couplings_;
   std::vector<int> pivots_;
   std::vector<double> right_;               ///< by group and place
   std::vector<double> displacement_, r_u_;  ///< by unit
