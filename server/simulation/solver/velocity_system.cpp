@@ -263,8 +263,7 @@ bool VelocitySystem::factorise(double a, double b) {
   }
   assemble(a, b);
   for (const Group& group : groups_)
-    if (group.is_dense() &&
-        !factorise_dense(&matrices_[group.matrix], group.size, &pivots_[group.first]))
+    if (group.is_dense() && !factorise_dense(&matrices_[group.matrix], group.size, &pivots_[group.first]))
       return false;
   return largest_group_ <= kMaxDense || sparse_.factorise();
 }
