@@ -173,11 +173,18 @@ bool Client::Impl::wait(std::unique_lock<std::mutex>& lock, Clock::time_point de
   // Of all the waits of a thread: those for one sample after the other are short each.
   thread_local Clock::time_point looked = Clock::now();
   auto doubtful_until = Clock::now() + late;
+  // A last reply may come by another socket than the news that its sender has gone.
+  std::optional<Clock::time_point> gone_since;
   for (;;) {
     if (ready()) return true;
     const auto now = Clock::now();
     const auto found_until = link.returned() + rediscovery;
-    if (gone && now > found_until) throw ClientError(ClientError::Kind::lost, where() + " has gone away.");
+    if (!gone)
+      gone_since.reset();
+    else if (!gone_since)
+      gone_since = now;
+    const auto heard_until = std::max(found_until, gone_since.value_or(now) + late);
+    if (gone && now > heard_until) throw ClientError(ClientError::Kind::lost, where() + " has gone away.");
     doubtful_until = std::max(doubtful_until, found_until);
     if (silent(now) && now > doubtful_until)
       throw ClientError(
@@ -187,6 +194,7 @@ bool Client::Impl::wait(std::unique_lock<std::mutex>& lock, Clock::time_point de
               " s (killed, stopped, or the machine is overloaded).");
     if (now >= deadline) return false;
     auto wake = std::min(deadline, std::max(heard + to_clock(options.liveliness_timeout), doubtful_until));
+    if (gone) wake = std::min(wake, heard_until);
     if (options.while_waiting) wake = std::min(wake, now + std::chrono::milliseconds{200});
     changed.wait_until(lock, wake + std::chrono::milliseconds{1});
     if (const auto awake = Clock::now(); awake > wake + late) doubtful_until = awake + emptying;

@@ -52,7 +52,10 @@ void print_nodes(std::ostream& out, const std::filesystem::path& file, double sc
   for (const MeshNode& node : nodes) {
     const RepairedMesh mesh = import_and_repair(path.file.string() + "#" + node.path, scale);
     out << "  " << std::left << std::setw(static_cast<int>(widest) + 2) << node.path;
-    if (!node.has_faces) out << "with the nodes below it: ";
+    const bool has_below = std::any_of(nodes.begin(), nodes.end(), [&](const MeshNode& other) {
+      return other.path.starts_with(node.path + "/");
+    });
+    if (has_below) out << "with the nodes below it: ";
     print_facts(out, mesh.mesh);
     out << ", at " << place_text(upright(node.X_FN).p) << ", "
         << (mesh.problem.empty() ? "closed" : "not closed: " + mesh.problem) << '\n';

@@ -79,7 +79,7 @@ Cost measure(std::uint32_t domain, const std::string& writer_identity, const std
       topic, service_reader_qos(to.default_reader_qos(), qos_of(TopicQos::control)), &receiver);
   Sample sample;
   takt_msgs::msg::Argument argument;
-  argument.value = std::string(2000, 'x');
+  argument.value.text = std::string(2000, 'x');
   sample.arguments.push_back(argument);
   const auto send = [&] {
     sample.sequence_number = static_cast<std::uint64_t>(monotonic_now_ns());
