@@ -1,7 +1,5 @@
 #include "client_lib/discovery.h"
 
-#include <fastdds/rtps/attributes/RTPSParticipantAttributes.h>
-
 #include <algorithm>
 #include <condition_variable>
 #include <fstream>

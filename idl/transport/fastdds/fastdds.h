@@ -19,6 +19,7 @@
 #if __has_include(<fastdds/rtps/transport/ChainingTransport.hpp>)
 #define TAKT_FAST_DDS_MAJOR 3
 #include <fastdds/LibrarySettings.hpp>
+#include <fastdds/rtps/common/PortParameters.hpp>
 #include <fastdds/rtps/common/WriteParams.hpp>
 #include <fastdds/rtps/transport/ChainingTransport.hpp>
 #include <fastdds/rtps/transport/ChainingTransportDescriptor.hpp>
@@ -28,6 +29,7 @@
 #include <fastdds/utils/IPLocator.hpp>
 #else
 #define TAKT_FAST_DDS_MAJOR 2
+#include <fastdds/rtps/common/PortParameters.h>
 #include <fastdds/rtps/transport/ChainingTransport.h>
 #include <fastdds/rtps/transport/ChainingTransportDescriptor.h>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
@@ -193,10 +195,10 @@ class DiscoveryListener : public dds::DomainParticipantListener {
 #else
   void on_participant_discovery(dds::DomainParticipant*, rtps::ParticipantDiscoveryStatus status,
                                 const dds::ParticipantBuiltinTopicData& info, bool&) final {
-    using Status = rtps::ParticipantDiscoveryStatus;
-    if (status == Status::DISCOVERED_PARTICIPANT) notify(info.guid, Presence::come);
-    if (status == Status::DROPPED_PARTICIPANT) notify(info.guid, Presence::silent);
-    if (status == Status::REMOVED_PARTICIPANT) notify(info.guid, Presence::left);
+    using News = rtps::ParticipantDiscoveryStatus;
+    if (status == News::DISCOVERED_PARTICIPANT) notify(info.guid, Presence::come);
+    if (status == News::DROPPED_PARTICIPANT) notify(info.guid, Presence::silent);
+    if (status == News::REMOVED_PARTICIPANT) notify(info.guid, Presence::left);
   }
   void on_data_reader_discovery(dds::DomainParticipant*, rtps::ReaderDiscoveryStatus status,
                                 const dds::SubscriptionBuiltinTopicData& info, bool&) final {
@@ -204,9 +206,9 @@ class DiscoveryListener : public dds::DomainParticipantListener {
   }
   void on_data_writer_discovery(dds::DomainParticipant*, rtps::WriterDiscoveryStatus status,
                                 const dds::PublicationBuiltinTopicData& info, bool&) final {
-    using Status = rtps::WriterDiscoveryStatus;
-    if (status == Status::REMOVED_WRITER) notify(info.guid, Presence::left);
-    on_writer({news_of(status == Status::DISCOVERED_WRITER, status == Status::CHANGED_QOS_WRITER), info.guid,
+    using News = rtps::WriterDiscoveryStatus;
+    if (status == News::REMOVED_WRITER) notify(info.guid, Presence::left);
+    on_writer({news_of(status == News::DISCOVERED_WRITER, status == News::CHANGED_QOS_WRITER), info.guid,
                info.topic_name.to_string(), info.type_name.to_string(), info.ownership_strength.value,
                info.liveliness.lease_duration, info.durability.kind != dds::VOLATILE_DURABILITY_QOS,
                info.reliability.kind == dds::RELIABLE_RELIABILITY_QOS,
