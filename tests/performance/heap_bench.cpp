@@ -82,7 +82,9 @@ fs::path write_heap(int count) {
 double measure(int count, const ScenarioOptions& options, double before, int count_before) {
   const Scenario scenario = read_scenario(write_heap(count), options);
   Simulation simulation(build_cell(scenario));
-  const HeadlessResult result = run_headless(simulation, scenario, {});
+  HeadlessOptions run;
+  run.duration_s = kDuration_s;
+  const HeadlessResult result = run_headless(simulation, scenario, run);
   const double ratio = result.cpu_s / kDuration_s;
   double fastest_m_per_s = 0.0, outside_m = 0.0;
   for (const ComponentSample& sample : result.final_state.components) {
