@@ -27,8 +27,8 @@ Scenario one_of_each() {
   scenario.parts[0].name = "A";
   ScenarioScrewJoint joint;
   joint.held_by.component = "B";
-  const DeviceType &heat = device_type("heat"), &thread = device_type("thread");
-  scenario.parts[0].devices = {{"", &heat, heat.fresh()}, {"", &thread, joint}};
+  const DeviceType *const heat = &device_type("heat"), *const thread = &device_type("thread");
+  scenario.parts[0].devices = {{"", heat, heat->fresh()}, {"", thread, joint}};
   scenario.parts[0].mass_kg = 2.0;
   scenario.parts[0].inertia_kg_m2 = Mat3::Identity();
   scenario.parts[1].name = "B";
