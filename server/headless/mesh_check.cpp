@@ -19,9 +19,8 @@ namespace takt {
 namespace {
 
 void print_facts(std::ostream& out, const TriangleMesh& mesh) {
-  Vec3 lower = mesh.vertices.front(), upper = lower;
-  for (const Vec3& v : mesh.vertices) lower = lower.cwiseMin(v), upper = upper.cwiseMax(v);
-  const Vec3 size = 1e3 * (upper - lower);
+  const Aabb box = bounds_of(mesh);
+  const Vec3 size = 1e3 * (box.upper - box.lower);
   out << mesh.vertices.size() << " vertices, " << mesh.triangles.size() << " triangles, "
       << number_text(size.x(), 4) << " x " << number_text(size.y(), 4) << " x " << number_text(size.z(), 4)
       << " mm, longest edge " << number_text(1e3 * longest_edge(mesh), 4) << " mm";
@@ -63,9 +62,8 @@ void print_nodes(std::ostream& out, const std::filesystem::path& file, double sc
 }
 
 void print_odd_size(std::ostream& out, const TriangleMesh& mesh, double scale) {
-  Vec3 lower = mesh.vertices.front(), upper = lower;
-  for (const Vec3& v : mesh.vertices) lower = lower.cwiseMin(v), upper = upper.cwiseMax(v);
-  const double longest = (upper - lower).maxCoeff();
+  const Aabb box = bounds_of(mesh);
+  const double longest = (box.upper - box.lower).maxCoeff();
   if (!(longest > kOddSize_m)) return;
   out << "Odd: it is " << number_text(longest, 4)
       << " m long. Is the file in millimetres? Then set mesh_scale: " << number_text(0.001 * scale, 4)

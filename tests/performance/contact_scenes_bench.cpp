@@ -64,10 +64,11 @@ Outcome run(const Scenario& scenario, const std::shared_ptr<const CellModel>& ce
   double half_s = 0.0, half_cpu_s = 0.0;
   Outcome outcome;
   outcome.result = run_headless(simulation, scenario, options, [&](const Simulation& s) {
-    if (half_s == 0.0 && s.time_s() >= 0.5 * scenario.duration_s) half_s = s.time_s(), half_cpu_s = seconds();
+    if (half_s == 0.0 && s.time_s() >= 0.5 * scenario.duration_s)
+      half_s = s.time_s(), half_cpu_s = processor_s();
   });
   if (scenario.duration_s > half_s)
-    outcome.ratio_at_rest = (seconds() - half_cpu_s) / (scenario.duration_s - half_s);
+    outcome.ratio_at_rest = (processor_s() - half_cpu_s) / (scenario.duration_s - half_s);
   for (const ExpectedPose& expected : scenario.expected) {
     const auto id = static_cast<std::size_t>(cell->description.find_component(expected.part));
     outcome.end_error_m = std::max(

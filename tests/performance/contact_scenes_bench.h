@@ -1,21 +1,13 @@
 #pragma once
 // Parts of bench_contact and bench_screw.
-#include <time.h>
-
 #include <cmath>
 #include <numbers>
 #include <string>
 
 #include "server/scenario/scenario.h"
+#include "tests/performance/processor_time.h"
 
 namespace takt::bench {
-
-/// Processor time of this program (s), because other programs may share the machine.
-inline double seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 /// The scenes of config/scenarios/contact, by several solvers and, where it is built in and can do the scene,
 /// by Bullet. `large`: the peg in its hole with 100 000 triangles in each body too (meshes in build/large).

@@ -149,7 +149,7 @@ PeerRun run_bullet(const Scenario& scenario, double step_s) {
   }
   PeerRun result;
   result.done = true;
-  const double begin = seconds();
+  const double begin = processor_s();
   const int steps = static_cast<int>(std::lround(scenario.duration_s / step_s));
   Turned turned;
   for (int i = 0; i < steps; ++i) {
@@ -158,7 +158,7 @@ PeerRun run_bullet(const Scenario& scenario, double step_s) {
     turned.note(std::atan2(static_cast<double>(R[1][0]), static_cast<double>(R[0][0])));
   }
   result.turned_rad = turned.rad();
-  result.cpu_s = seconds() - begin;
+  result.cpu_s = processor_s() - begin;
   for (const ExpectedPose& expected : scenario.expected) {
     for (std::size_t i = 0; i < scenario.parts.size(); ++i) {
       if (scenario.parts[i].name != expected.part) continue;

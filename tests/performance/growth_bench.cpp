@@ -3,12 +3,9 @@
 // its hole, a nut turning on its bolt. For each row: time and memory of making both surfaces with their index,
 // processor time of an evaluation in motion, elements that press, and slopes against the triangles of the row
 // before, log(cost ratio) / log(triangle ratio): 0 where the cost is independent, 1 where it follows the number.
-#include <malloc.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <ctime>
 #include <functional>
 #include <numbers>
 #include <string>
@@ -17,22 +14,15 @@
 #include "config/meshes/generator/screw_meshes.h"
 #include "config/meshes/generator/shapes.h"
 #include "server/contact/surface/polygonal_contact.h"
+#include "tests/performance/processor_time.h"
 #include "tests/support/contact_pairs.h"
+#include "tests/support/process_resources.h"
 #include "tests/support/solid_mesh.h"
 
 namespace takt {
 namespace {
 
-double cpu_s() {
-  timespec t{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
-
-std::size_t allocated_bytes() {
-  const struct mallinfo2 info = mallinfo2();
-  return info.uordblks + info.hblkhd;
-}
+using bench::processor_s;
 
 struct GrowthRow {
   std::size_t triangles = 0;
@@ -48,23 +38,23 @@ struct MovingPair {
 GrowthRow measure(const MovingPair& pair, const GrowthRow* before) {
   GrowthRow row;
   row.triangles = pair.base.triangles.size() + pair.target.triangles.size();
-  const std::size_t bytes = allocated_bytes();
-  const double begin_s = cpu_s();
+  const double bytes = test::process_resources().allocated_bytes;
+  const double begin_s = processor_s();
   const auto base = test::surface(test::mesh_of(pair.base)),
              target = test::surface(test::mesh_of(pair.target));
-  row.load_s = cpu_s() - begin_s;
+  row.load_s = processor_s() - begin_s;
   const double per_triangle =
-      static_cast<double>(allocated_bytes() - bytes) / static_cast<double>(row.triangles);
+      (test::process_resources().allocated_bytes - bytes) / static_cast<double>(row.triangles);
   PolygonalContact contact(base, target, test::frictionless_law());
   ContactResult result;
   constexpr int kWarm = 20, kSteps = 200;
   double started_s = 0.0;
   for (int i = 0; i < kSteps; ++i) {
-    if (i == kWarm) started_s = cpu_s();
+    if (i == kWarm) started_s = processor_s();
     contact.evaluate({pair.pose(i), {}}, result);
     row.elements += static_cast<double>(result.elements) / kSteps;
   }
-  row.evaluation_s = (cpu_s() - started_s) / (kSteps - kWarm);
+  row.evaluation_s = (processor_s() - started_s) / (kSteps - kWarm);
   std::printf("%9zu %9.1f %8.1f %7.0f %12.2f %9.0f", row.triangles, 1e3 * row.load_s,
               1e6 * row.load_s / static_cast<double>(row.triangles), per_triangle, 1e6 * row.evaluation_s,
               row.elements);

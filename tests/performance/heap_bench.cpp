@@ -13,6 +13,7 @@
 
 #include "server/headless/headless_run.h"
 #include "server/scenario/scenario_builder.h"
+#include "tests/performance/box_file.h"
 
 namespace takt {
 namespace {
@@ -20,21 +21,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kDuration_s = 2.5;
-
-/// A box as a mesh of twelve triangles.
-void write_box(const fs::path& file, const Vec3& lower, const Vec3& upper) {
-  std::ofstream out(file);
-  out << "o " << file.stem().string() << "\n";
-  for (const double z : {lower.z(), upper.z()})
-    for (const double y : {lower.y(), upper.y()})
-      for (const double x : {lower.x(), upper.x()}) out << "v " << x << " " << y << " " << z << "\n";
-  constexpr int kSides[6][4] = {{1, 3, 4, 2}, {5, 6, 8, 7}, {1, 2, 6, 5},
-                                {3, 7, 8, 4}, {1, 5, 7, 3}, {2, 4, 8, 6}};
-  for (const auto& s : kSides) {
-    out << "f " << s[0] << " " << s[1] << " " << s[2] << "\n";
-    out << "f " << s[0] << " " << s[2] << " " << s[3] << "\n";
-  }
-}
 
 /// -1 .. 1, the same on every machine.
 class Pseudorandom {
@@ -51,10 +37,10 @@ class Pseudorandom {
 fs::path write_heap(int count) {
   const fs::path directory = fs::path(TAKT_SOURCE_DIR) / "build" / "heaps";
   fs::create_directories(directory);
-  write_box(directory / "brick.obj", {-0.025, -0.0175, -0.0125}, {0.025, 0.0175, 0.0125});
-  write_box(directory / "floor.obj", {-0.14, -0.14, -0.03}, {0.14, 0.14, 0.0});
-  write_box(directory / "wall_x.obj", {0.0, -0.14, 0.0}, {0.03, 0.14, 0.8});
-  write_box(directory / "wall_y.obj", {-0.14, 0.0, 0.0}, {0.14, 0.03, 0.8});
+  bench::write_box(directory / "brick.obj", {-0.025, -0.0175, -0.0125}, {0.025, 0.0175, 0.0125});
+  bench::write_box(directory / "floor.obj", {-0.14, -0.14, -0.03}, {0.14, 0.14, 0.0});
+  bench::write_box(directory / "wall_x.obj", {0.0, -0.14, 0.0}, {0.03, 0.14, 0.8});
+  bench::write_box(directory / "wall_y.obj", {-0.14, 0.0, 0.0}, {0.14, 0.03, 0.8});
   const fs::path file = directory / ("heap_" + std::to_string(count) + ".yaml");
   std::ofstream out(file);
   out << "takt_scenario: 1\nname: heap\ndescription: bricks fall into a bin\nduration_s: " << kDuration_s

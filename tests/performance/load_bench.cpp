@@ -3,7 +3,6 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -11,33 +10,21 @@
 
 #include "server/scenario/scenario_builder.h"
 #include "server/simulation/step/simulation.h"
+#include "tests/performance/box_file.h"
+#include "tests/performance/processor_time.h"
 
 namespace {
 
 namespace fs = std::filesystem;
 
-double processor_s() {
-  timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
-/// A box between two corners, as an OBJ file.
-void write_box(const fs::path& file, double x_m, double y_m, double lower_m, double upper_m) {
-  std::ofstream out(file);
-  out << "o box\n";
-  for (const double z : {lower_m, upper_m})
-    for (const auto& [x, y] : {std::pair{-x_m, -y_m}, {x_m, -y_m}, {x_m, y_m}, {-x_m, y_m}})
-      out << "v " << x << ' ' << y << ' ' << z << '\n';
-  for (const char* side : {"1 4 3 2", "5 6 7 8", "1 2 6 5", "2 3 7 6", "3 4 8 7", "4 1 5 8"})
-    out << "f " << side << '\n';
-}
+using takt::bench::processor_s, takt::bench::write_box;
 
 fs::path write_scenario(const fs::path& folder, int count, bool one_mesh, int level) {
   const int side = static_cast<int>(std::ceil(std::sqrt(count)));
-  write_box(folder / "plate.obj", 0.03 * side, 0.03 * side, -0.02, 0.0);
+  write_box(folder / "plate.obj", {-0.03 * side, -0.03 * side, -0.02}, {0.03 * side, 0.03 * side, 0.0});
   for (int i = 0; i < (one_mesh ? 1 : count); ++i)
-    write_box(folder / ("box" + std::to_string(i) + ".obj"), 0.01, 0.01 + 1e-6 * i, -0.01, 0.01);
+    write_box(folder / ("box" + std::to_string(i) + ".obj"), {-0.01, -0.01 - 1e-6 * i, -0.01},
+              {0.01, 0.01 + 1e-6 * i, 0.01});
   const fs::path file = folder / "cell.yaml";
   std::ofstream out(file);
   out << "takt_scenario: 1\nname: load\nsolver: {method: rk2, step_s: 0.001, contact: {method: rosenbrock, "

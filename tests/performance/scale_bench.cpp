@@ -6,11 +6,11 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <ctime>
 #include <string>
 #include <vector>
 
 #include "server/runtime/loop/worker_pool.h"
+#include "tests/performance/processor_time.h"
 #include "tests/support/crowded_cell.h"
 #include "tests/support/moving_crowd.h"
 #include "tests/support/process_resources.h"
@@ -125,10 +125,6 @@ bool compare_threads() {
   return same;
 }
 
-double cpu_s() {
-  return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
-}
-
 /// Exponent of growth between two sizes.
 double slope(double from, double to, int few, int many) {
   return std::log(to / from) / std::log(static_cast<double>(many) / few);
@@ -151,9 +147,9 @@ void measure_contact() {
     takt::test::PushedCrowd crowd(count);
     takt::Simulation simulation(crowd.model());
     const auto run_until = [&](double end_s) {
-      const double begin = cpu_s();
+      const double begin = takt::bench::processor_s();
       while (simulation.time_s() < end_s && simulation.step(crowd.commands(simulation))) continue;
-      return cpu_s() - begin;
+      return takt::bench::processor_s() - begin;
     };
     const double rest = run_until(takt::test::PushedCrowd::kBegin_s);
     const double ratio = run_until(takt::test::PushedCrowd::kBegin_s + kSimulated_s) / kSimulated_s;

@@ -7,7 +7,6 @@
 #include <condition_variable>
 #include <cstdio>
 #include <cstdlib>
-#include <ctime>
 #include <filesystem>
 #include <mutex>
 #include <vector>
@@ -15,17 +14,12 @@
 #include "server/dds/participant.h"
 #include "server/runtime/monotonic_clock.h"
 #include "takt_msgs.h"
+#include "tests/performance/processor_time.h"
 
 namespace takt {
 namespace {
 
 using Sample = takt_msgs::msg::ControlRequest;
-
-double cpu_s() {
-  timespec used{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &used);
-  return static_cast<double>(used.tv_sec) + static_cast<double>(used.tv_nsec) * 1e-9;
-}
 
 class Receiver final : public dds::DataReaderListener {
  public:
@@ -98,9 +92,9 @@ Cost measure(std::uint32_t domain, const std::string& writer_identity, const std
   };
   run(500);  // warm
   receiver.take();
-  const double before = cpu_s();
+  const double before = bench::processor_s();
   run(samples);
-  const double used = cpu_s() - before;
+  const double used = bench::processor_s() - before;
   std::vector<double> latencies = receiver.take();
   to.silence();
   std::sort(latencies.begin(), latencies.end());

@@ -42,11 +42,8 @@ Solid make_cap_screw(const CapScrewParameters& p) {
   check(p);
   MeshMaker maker("cap_screw");
   const BasicProfile profile(p.diameter, p.pitch, p.clearance);
-  const double end_radius = profile.root_radius() - 0.1 * p.pitch, edge = 2.0 * p.contact_edge;
-  const ThreadEnds thread = add_thread(
-      maker, {p.pitch, 0.0, p.length, p.columns, profile.rows(p.contact_edge), true},
-      [&](double along, double z) { return std::min(profile.radius(along), end_radius + p.length - z); });
-  maker.fan(thread.upper, {0.0, 0.0, p.length});
+  const Ring thread = add_bolt_thread(maker, profile, p.length, p.columns, p.contact_edge);
+  const double edge = 2.0 * p.contact_edge;
   const double floor = p.recess_depth - p.head_height;
   const Ring bottom = maker.hexagon(p.recess_across_flats, p.columns, floor);
   maker.fan(reversed(bottom), {0.0, 0.0, floor});
@@ -63,7 +60,7 @@ Solid make_cap_screw(const CapScrewParameters& p) {
     maker.ring(outer, next);
     outer = next;
   }
-  maker.ring(outer, thread.lower);
+  maker.ring(outer, thread);
   return maker.take();
 }
 

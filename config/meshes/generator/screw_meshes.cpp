@@ -61,15 +61,10 @@ Solid make_bolt(const ScrewParameters& p) {
   check(p);
   MeshMaker maker("bolt");
   const BasicProfile profile(p.diameter, p.pitch, p.clearance);
-  // Chamfered at 45 degrees to below the root.
-  const double end_radius = profile.root_radius() - 0.1 * p.pitch;
-  const ThreadEnds thread = add_thread(
-      maker, {p.pitch, 0.0, p.length, p.bolt_columns, profile.rows(p.contact_edge), true},
-      [&](double along, double z) { return std::min(profile.radius(along), end_radius + p.length - z); });
-  maker.fan(thread.upper, {0.0, 0.0, p.length});
+  const Ring thread = add_bolt_thread(maker, profile, p.length, p.bolt_columns, p.contact_edge);
   const Ring bearing = maker.hexagon(p.across_flats, p.bolt_columns, 0.0),
              back = maker.hexagon(p.across_flats, p.bolt_columns, -p.head_height);
-  maker.ring(bearing, thread.lower);
+  maker.ring(bearing, thread);
   maker.ring(back, bearing);
   maker.fan(reversed(back), {0.0, 0.0, -p.head_height});
   return maker.take();

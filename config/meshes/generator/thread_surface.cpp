@@ -57,6 +57,12 @@ void add_rows(std::vector<double>& at, double from, double to, int pieces) {
   for (int i = 0; i < pieces; ++i) at.push_back(from + (to - from) * i / pieces);
 }
 
+/// Distance in pitches from the nearest crest, 0 to 1/2.
+double from_crest(double along, double pitch) {
+  const double u = along / pitch;
+  return std::abs(u - std::round(u));
+}
+
 }  // namespace
 
 BasicProfile::BasicProfile(double diameter, double pitch, double inwards)
@@ -65,8 +71,7 @@ BasicProfile::BasicProfile(double diameter, double pitch, double inwards)
       root_radius_(crest_radius_ - 0.625 * std::sqrt(0.75) * pitch) {}
 
 double BasicProfile::radius(double along) const {
-  double u = along / pitch_;
-  u = std::abs(u - std::round(u));  // symmetric about crests and roots
+  const double u = from_crest(along, pitch_);
   if (u <= 1.0 / 16.0) return crest_radius_;
   if (u >= 6.0 / 16.0) return root_radius_;
   return crest_radius_ + (u - 1.0 / 16.0) * 16.0 / 5.0 * (root_radius_ - crest_radius_);
@@ -92,8 +97,7 @@ KnuckleProfile::KnuckleProfile(double crest_radius, double root_radius, double p
 }
 
 double KnuckleProfile::radius(double along) const {
-  double u = along / pitch_;
-  u = std::abs(u - std::round(u));
+  const double u = from_crest(along, pitch_);
   const double beside = std::min(u, 0.5 - u) * pitch_;  // of the middle of the arc
   const double sagitta = arc_radius_ - std::sqrt(arc_radius_ * arc_radius_ - beside * beside);
   return u <= 0.25 ? crest_radius_ - sagitta : root_radius_ + sagitta;
@@ -122,6 +126,15 @@ ThreadEnds add_thread(MeshMaker& maker, const ThreadSurface& surface,
   }
   join_lines(maker, surface, lines);
   return ends;
+}
+
+Ring add_bolt_thread(MeshMaker& maker, const BasicProfile& profile, double length, int columns, double edge) {
+  const double pitch = profile.pitch(), end_radius = profile.root_radius() - 0.1 * pitch;
+  const ThreadEnds thread = add_thread(
+      maker, {pitch, 0.0, length, columns, profile.rows(edge), true},
+      [&](double along, double z) { return std::min(profile.radius(along), end_radius + length - z); });
+  maker.fan(thread.upper, {0.0, 0.0, length});
+  return thread.lower;
 }
 
 }  // namespace takt::meshes

@@ -7,22 +7,17 @@
 
 namespace takt::meshes {
 
-/// Radius of one pitch over the axis, symmetric about the crest of the bolt at 0.
-class ThreadProfile {
- public:
-  virtual ~ThreadProfile() = default;
-  virtual double radius(double along) const = 0;
-  /// Where rows of vertices run, in pitches from the crest, ascending within one pitch; the pieces
-  /// of flanks are at most `edge` long.
-  virtual std::vector<double> rows(double edge) const = 0;
-};
+// Profiles have the radius over the axis, periodic with the pitch and symmetric about the crest of the bolt at 0, and
+// the places where rows of vertices run: in pitches from the crest, ascending within one pitch, the pieces of
+// flanks at most `edge` long.
 
 /// The basic profile of ISO 68-1: flanks at 30 degrees to the normal of the axis, flat crests and roots.
-class BasicProfile : public ThreadProfile {
+class BasicProfile {
  public:
   BasicProfile(double diameter, double pitch, double inwards);
-  double radius(double along) const override;
-  std::vector<double> rows(double edge) const override;
+  double radius(double along) const;
+  std::vector<double> rows(double edge) const;
+  double pitch() const { return pitch_; }
   double root_radius() const { return root_radius_; }
 
  private:
@@ -30,11 +25,11 @@ class BasicProfile : public ThreadProfile {
 };
 
 /// Equal arcs for crests and roots that meet tangentially on the flanks, as in IEC 60061 (E14, E27, E40).
-class KnuckleProfile : public ThreadProfile {
+class KnuckleProfile {
  public:
   KnuckleProfile(double crest_radius, double root_radius, double pitch);
-  double radius(double along) const override;
-  std::vector<double> rows(double edge) const override;
+  double radius(double along) const;
+  std::vector<double> rows(double edge) const;
   double arc_radius() const { return arc_radius_; }
 
  private:
@@ -45,7 +40,7 @@ class KnuckleProfile : public ThreadProfile {
 struct ThreadSurface {
   double pitch = 0.0, from = 0.0, height = 0.0;
   int columns = 0;           ///< vertices around
-  std::vector<double> rows;  ///< ThreadProfile::rows
+  std::vector<double> rows;  ///< of the profile
   bool outwards = true;      ///< of a bolt; else of a nut
 };
 /// Lower and upper ring of the surface. `radius(along, z)`: `along` is z less the rise of the helix, both from
@@ -55,5 +50,8 @@ struct ThreadEnds {
 };
 ThreadEnds add_thread(MeshMaker& maker, const ThreadSurface& surface,
                       const std::function<double(double along, double z)>& radius);
+/// A bolt's thread from z = 0 to `length`, chamfered at 45 degrees to below the root, with its flat end. Returns the
+/// lower ring.
+Ring add_bolt_thread(MeshMaker& maker, const BasicProfile& profile, double length, int columns, double edge);
 
 }  // namespace takt::meshes

@@ -88,8 +88,8 @@ class ComponentInteraction {
     queries_.set_executor(executor, least_calls);
   }
 
-  /// Discrete: which pairs act by surface contact instead of a substitute force. Their contacts count in the search for partners, but close no connection. Connections of other
-  /// pairs stay unchanged.
+  /// Discrete: which pairs act by surface contact instead of a substitute force. Their contacts count in the
+  /// search for partners, but close no connection. Connections of other pairs stay unchanged.
   void set_by_contact(const PairPredicate& acts);
 
   /// Opens all connections and clears all verdicts and attachments.

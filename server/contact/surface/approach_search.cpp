@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/geometry/surface/contact_surface_data.h"
+
 namespace takt {
 namespace {
 
@@ -22,16 +24,12 @@ ApproachSearch::ApproachSearch(std::size_t component_count, const ContactModel& 
   found_.reserve(component_count);
   for (std::size_t c = 0; c < std::min(component_count, model.surfaces.size()); ++c) {
     if (model.surfaces[c] == nullptr) continue;
-    const Aabb& box = model.surfaces[c]->bounds_B();
-    radius_m_[c] = box.lower.cwiseAbs().cwiseMax(box.upper.cwiseAbs()).norm();
+    radius_m_[c] = farthest_m(model.surfaces[c]->bounds_B(), Vec3::Zero());
   }
 }
 
-Aabb ApproachSearch::world_box(const ContactSurface& surface, const Pose& X) {
-  const Aabb& box = surface.bounds_B();
-  const Vec3 center = X * (0.5 * (box.lower + box.upper));
-  const Vec3 half = X.R.cwiseAbs() * (0.5 * (box.upper - box.lower));
-  return Aabb{center - half, center + half};
+Aabb ApproachSearch::world_box(const ContactSurface& surface, const Pose& X_WB) {
+  return surface.data().box.at(X_WB, 0.0);
 }
 
 void ApproachSearch::follow(const CellMotion& motion) {

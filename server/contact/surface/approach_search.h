@@ -35,11 +35,9 @@ class ApproachSearch {
   static double gap_m(const Aabb& a, const Aabb& b) {
     return (a.lower - b.upper).cwiseMax(b.lower - a.upper).maxCoeff();
   }
-  static Aabb world_box(const ContactSurface& surface, const Pose& X);
+  static Aabb world_box(const ContactSurface& surface, const Pose& X_WB);
 
  private:
-  bool follow(const CellMotion& motion, int component);
-
   const ContactModel& model_;
   std::vector<double> radius_m_;
   std::vector<Aabb> boxes_;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <stdexcept>
 #include <string>
-#include <utility>
 
 #include "plant_models/state_bytes.h"
 
@@ -168,7 +167,7 @@ void ContactInteraction::load(StateReader& in) {
   const auto next_pair = [&](std::size_t& last, bool first, const char* what) {
     const auto pair = in.get<std::uint64_t>();
     if (pair >= pairs.size() || acting_[static_cast<std::size_t>(pair)] == 0 || (!first && last >= pair))
-      in.fail(std::string(what) + " is none that acts, or the pairs are not in order");
+      in.fail(std::string(what) + " does not act, or the pairs are not in ascending order");
     last = static_cast<std::size_t>(pair);
   };
   pool_.for_each([](PairContact& pair) { pair.forget(); });
@@ -285,14 +284,9 @@ void ContactInteraction::find_near(const CellMotion& motion, double step_s) {
     for (const int other : approach_.find(component, motion, step_s)) {
       // A pair of two that can move is found from either side.
       if (other == component || (other < component && !immobile(other))) continue;
-      int base = component, target = other;
-      std::size_t number = pairs.find(base, target);
-      if (number == PairTable::kNone) {
-        std::swap(base, target);
-        number = pairs.find(base, target);
-        if (number == PairTable::kNone) continue;
-      }
-      if (acting_[number] == 0) continue;
+      const std::size_t number = pairs.find_either(component, other);
+      if (number == PairTable::kNone || acting_[number] == 0) continue;
+      const int target = pairs.target(number), base = target == other ? component : other;
       const double reach_m = ApproachSearch::reach_m(step_s, speed_m_per_s(base, target, motion));
       if (ApproachSearch::gap_m(approach_.box(base), approach_.box(target)) > reach_m) continue;
       found_.push_back({number, base, target, false, nullptr});
@@ -379,8 +373,7 @@ void ContactInteraction::evaluate_pair(PairContact& pair, const CellMotion& moti
   pair.uncounted = false;
 }
 
-void ContactInteraction::set_holding(bool holding) {
-  holding_ = holding;
+void ContactInteraction::release() {
   pool_.for_each([](PairContact& pair) {
     pair.contact.release();
     pair.known = pair.frozen = false;

@@ -64,11 +64,10 @@ class ContactInteraction {
   };
   /// Tests only pairs that an evaluation since the last call found deep.
   Passing passing(const CellMotion& motion);
-  /// Whether solvers hold patches (PolygonalContact::hold).
-  void set_holding(bool holding);
-  bool holding() const { return holding_; }
-  /// Discrete, at the start of a step of a solver of `next_s`: holds patches of pairs that may move.
+  /// Discrete, at the start of a step of a solver of `next_s`: holds patches of pairs that may move
+  /// (PolygonalContact::hold), until release().
   void hold(const CellMotion& motion, double next_s);
+  void release();
   /// Discrete, at an accepted point: springs of the stick law.
   void accept(const CellMotion& motion);
 
@@ -172,7 +171,6 @@ class ContactInteraction {
   std::vector<Near> found_, next_;     ///< while they are found
   std::vector<PairContact*> moving_;   ///< near pairs with a side that can move, ascending
   std::vector<PairContact*> present_;  ///< all near pairs with a contact, ascending
-  bool holding_ = false;
   Executor* executor_ = nullptr;
 };
 

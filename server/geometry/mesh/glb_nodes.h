@@ -39,8 +39,8 @@ std::size_t end_of_glb_node(const GlbNodes& nodes, std::size_t node);
 bool has_faces(const GlbNodes& nodes, std::size_t first, std::size_t last);
 
 /// The range of the node of this name and of all nodes below it. The name may be the end of the path, e.g.
-/// Frame/Housing. Of nodes of one name that lie below one another it is the outermost. Throws MeshFault with
-/// the names that exist if there is none, several, or one without faces.
+/// Frame/Housing. Of nodes of one name that lie below one another it is the outermost. Throws MeshFault
+/// with the names that exist where no node has this name, where several have it, or where its node has no faces.
 std::pair<std::size_t, std::size_t> find_glb_node(const GlbNodes& nodes, const std::string& name);
 
 /// The node in the axes of the file.

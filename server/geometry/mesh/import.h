@@ -18,11 +18,11 @@ class MeshError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// All objects of the file that have faces (of FILE.glb#NODE those of the node, in its frame: read_glb), lengths multiplied by `scale` (> 0). Coordinates in text have
-/// double precision. Positions that are equal in single precision become one vertex of an object, at the
-/// place of the first. The mesh is not repaired further. Throws MeshError for a missing, unreadable,
-/// truncated or empty file, coordinates that are not finite in single precision, indices out of range, or an
-/// unsupported format. Lines and points of OBJ files are passed over (NamedMesh::findings).
+/// All objects of the file that have faces (of FILE.glb#NODE those of the node, in its frame: read_glb),
+/// lengths multiplied by `scale` (> 0). Coordinates in text have double precision. Positions that are equal in
+/// single precision become one vertex of an object, at the place of the first. The mesh is not repaired further.
+/// Throws MeshError for a missing, unreadable, truncated or empty file, coordinates that are not finite in single
+/// precision, indices out of range, or an unsupported format. Lines and points of OBJ files are passed over (NamedMesh::findings).
 std::vector<NamedMesh> import_mesh_objects(const std::filesystem::path& file, double scale = 1.0);
 
 /// A node of a GLB file that has faces, or has nodes with faces below it.

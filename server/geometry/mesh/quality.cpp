@@ -154,8 +154,7 @@ class MeshQualityCheck {
 
   void find_distance() {
     if (mesh_.vertices.empty()) return;
-    Vec3 lower = mesh_.vertices.front(), upper = lower;
-    for (const Vec3& v : mesh_.vertices) lower = lower.cwiseMin(v), upper = upper.cwiseMax(v);
+    const auto [lower, upper] = bounds_of(mesh_);
     const Vec3 centre = 0.5 * (lower + upper);
     const double size = (upper - lower).norm();
     // Half a unit in the last place of single precision.

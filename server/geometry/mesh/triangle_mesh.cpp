@@ -65,18 +65,19 @@ MeshCheck check_closed(const TriangleMesh& mesh) {
   return {text.str()};
 }
 
+Aabb bounds_of(const TriangleMesh& mesh) {
+  Aabb box{mesh.vertices.front(), mesh.vertices.front()};
+  for (const Vec3& v : mesh.vertices) box.lower = box.lower.cwiseMin(v), box.upper = box.upper.cwiseMax(v);
+  return box;
+}
+
 VolumeProperties volume_properties(const TriangleMesh& mesh) {
   VolumeProperties result;
   if (mesh.triangles.empty()) return result;
   // Sum over the signed tetrahedra between a reference point and each triangle. A reference amid the vertices
   // keeps the digits when the solid is far from the origin.
-  Vec3 lower = mesh.vertices.front();
-  Vec3 upper = lower;
-  for (const Vec3& v : mesh.vertices) {
-    lower = lower.cwiseMin(v);
-    upper = upper.cwiseMax(v);
-  }
-  const Vec3 p_BR = 0.5 * (lower + upper);
+  const Aabb box = bounds_of(mesh);
+  const Vec3 p_BR = 0.5 * (box.lower + box.upper);
   double six_volumes = 0.0;
   Vec3 first = Vec3::Zero();   // 24 times the first moment about R
   Mat3 second = Mat3::Zero();  // 120 times the second moment about R

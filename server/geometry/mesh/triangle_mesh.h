@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "plant_models/spatial.h"
+#include "server/geometry/aabb.h"
 
 namespace takt {
 
@@ -17,6 +18,9 @@ struct TriangleMesh {
   std::vector<Vec3> vertices;
   std::vector<Triangle> triangles;
 };
+
+/// Box around all vertices, of which there must be one.
+Aabb bounds_of(const TriangleMesh& mesh);
 
 /// Reason why a mesh does not bound a solid; `problem` is empty if it does.
 struct MeshCheck {

@@ -307,9 +307,8 @@ double ContactSurface::Data::signed_distance_m(const Vec3& x, NearestFace& neare
 double default_element_edge_m(const TriangleMesh& mesh) {
   constexpr double kShare = 1.0 / 7.0;
   if (mesh.vertices.empty()) return 0.0;
-  Vec3 lower = mesh.vertices.front(), upper = lower;
-  for (const Vec3& v : mesh.vertices) lower = lower.cwiseMin(v), upper = upper.cwiseMax(v);
-  return kShare * (upper - lower).norm();
+  const Aabb box = bounds_of(mesh);
+  return kShare * (box.upper - box.lower).norm();
 }
 
 ContactSurface::ContactSurface(const TriangleMesh& mesh, const ContactSurfaceOptions& options)

@@ -8,8 +8,7 @@ namespace takt {
 namespace {
 
 BodyBox box_of(const TriangleMesh& mesh) {
-  Vec3 lower = mesh.vertices.front(), upper = lower;
-  for (const Vec3& v : mesh.vertices) lower = lower.cwiseMin(v), upper = upper.cwiseMax(v);
+  const auto [lower, upper] = bounds_of(mesh);
   return {0.5 * (lower + upper), 0.5 * (upper - lower)};
 }
 

@@ -37,7 +37,6 @@ class BlockLu {
   /// Solves in place, in the right side of all unknowns.
   void solve(double* right) const;
 
-  std::size_t node_count() const { return nodes_.size(); }
   /// Blocks of the factors.
   std::size_t fill() const { return nodes_.size() + 2 * rows_.size(); }
 

@@ -111,10 +111,8 @@ std::span<const Wrench> OdeSystem::update_wrenches() {
   return wrenches_;
 }
 
-void OdeSystem::hold_contacts(double t, std::span<const double> x, double next_s) {
-  if (!has_contacts() || !contacts_->holding()) return;
-  update_motion(t, x);
-  contacts_->hold(motion_, next_s);
+void OdeSystem::hold_contacts(double next_s) {
+  if (has_contacts()) contacts_->hold(motion_, next_s);
 }
 
 void OdeSystem::derivatives(double t, std::span<const double> x, std::span<double> xdot) {

@@ -54,9 +54,9 @@ class OdeSystem {
   /// The same directly after update_motion(t, x).
   void derivatives_at_motion(double t, std::span<const double> x, std::span<double> xdot);
 
-  /// Discrete, at the start of a solver's step of `next_s`: holds the patches of surface contact, which
-  /// derivatives() uses near the motion from (t, x) on (ContactInteraction::hold).
-  void hold_contacts(double t, std::span<const double> x, double next_s);
+  /// Discrete, at the start of a solver's step of `next_s`, directly after update_motion(t, x): holds the patches
+  /// of surface contact, which derivatives() uses near the motion from (t, x) on (ContactInteraction::hold).
+  void hold_contacts(double next_s);
 
   // Modes of the plant models (see plant_model.h). All of these bring the motion and the wrenches to (t, x).
 

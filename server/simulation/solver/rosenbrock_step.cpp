@@ -44,8 +44,9 @@ double RosenbrockStep::clamped(double t) const {
 }
 
 bool RosenbrockStep::begin(OdeSystem& system, double t, double h, std::span<const double> x) {
-  system.hold_contacts(clamped(t), x, h);
-  system.derivatives(clamped(t), x, f0_);
+  system.update_motion(clamped(t), x);
+  system.hold_contacts(h);
+  system.derivatives_at_motion(clamped(t), x, f0_);
   ++statistics_.evaluations;
   if (!finite(system, f0_)) return false;
   system.time_derivative(clamped(t), x, rate_);

@@ -27,7 +27,8 @@ class RosenbrockStep {
   void limit_times(double after, double before) { after_ = after, before_ = before; }
   double clamped(double t) const;
 
-  /// f and its time derivative at the start (t, x) of the trials. False: f is not finite.
+  /// f and its time derivative at the start (t, x) of the trials, the first of which has the size h. False: f is
+  /// not finite.
   bool begin(OdeSystem& system, double t, double h, std::span<const double> x);
   /// A at (t, x), the point of the last begin().
   void linearise(OdeSystem& system, double t, std::span<const double> x);

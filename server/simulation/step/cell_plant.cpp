@@ -112,9 +112,7 @@ void CellPlant::build() {
   accepted_.resize(x_.size());
   system_->set_clock(clock_);
   system_->set_stiff_pairs(system_->has_contacts());
-  // The others know no start of a step of their own at which a patch could be held.
-  if (contacts_ != nullptr)
-    contacts_->set_holding(solver().name == "implicit" || solver().name == "rosenbrock");
+  if (contacts_ != nullptr) contacts_->release();
   integrator_ = make_integrator(solver(), *system_);
 }
 

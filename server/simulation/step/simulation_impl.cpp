@@ -88,27 +88,22 @@ void Simulation::Impl::start() {
   update_connections();  // so that reports at the start contain the holders
 }
 
-int Simulation::Impl::component_level(int component) const {
-  int level = 1;
-  for (std::size_t p = 0; p < process_levels.size(); ++p) {
-    const std::vector<int>& members = model->description.processes[p].components;
-    if (std::find(members.begin(), members.end(), component) != members.end())
-      level = std::max(level, process_levels[p]);
-  }
-  return level;
-}
-
-void Simulation::Impl::choose_forces() {
-  for (const auto& mechanism : mechanisms)
-    mechanism->choose_stiffness([this](int component) { return component_level(component) == 3; },
-                                interaction);
-  if (!model->contact.enabled) return;
+std::vector<int> Simulation::Impl::component_levels() const {
   std::vector<int> levels(model->components.size(), 1);
   for (std::size_t p = 0; p < process_levels.size(); ++p)
     for (const int member : model->description.processes[p].components) {
       int& level = levels[static_cast<std::size_t>(member)];
       level = std::max(level, process_levels[p]);
     }
+  return levels;
+}
+
+void Simulation::Impl::choose_forces() {
+  std::vector<int> levels = component_levels();
+  for (const auto& mechanism : mechanisms)
+    mechanism->choose_stiffness(
+        [&levels](int component) { return levels[static_cast<std::size_t>(component)] == 3; }, interaction);
+  if (!model->contact.enabled) return;
   for (std::size_t c = 0; c < levels.size(); ++c)
     if (model->components[c].type == ComponentType::ground) levels[c] = 3;
   const auto acts = [&](int a, int b) {
@@ -122,8 +117,11 @@ void Simulation::Impl::choose_forces() {
 
 void Simulation::Impl::choose_grippers() {
   if (!model->contact.enabled) return;
-  for (std::size_t g = 0; g < model->grippers.size(); ++g)
-    grasping.set_by_contact(g, component_level(model->grippers[g].parameters.palm) == 3, time(), plant);
+  const std::vector<int> levels = component_levels();
+  for (std::size_t g = 0; g < model->grippers.size(); ++g) {
+    const auto palm = static_cast<std::size_t>(model->grippers[g].parameters.palm);
+    grasping.set_by_contact(g, levels[palm] == 3, time(), plant);
+  }
 }
 
 void Simulation::Impl::regroup(const std::vector<int>& robot_levels) {

@@ -39,8 +39,8 @@ struct Simulation::Impl {
 
   /// Initial state, at the present levels of detail; initially at those of the model.
   void start();
-  /// Level of detail of a component: the highest of its processes.
-  int component_level(int component) const;
+  /// Level of detail of each component: the highest of its processes.
+  std::vector<int> component_levels() const;
   /// Selects the pairs with surface contact at the present levels of detail: both sides have level 3, a
   /// Ground having the level of the Parts on it, unless the scenario prescribes the substitute force or one
   /// is attached to the other.
