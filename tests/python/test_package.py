@@ -70,7 +70,8 @@ def test_every_public_name_has_a_docstring():
 def test_responses_say_what_each_field_means():
     for name, kind in inspect.getmembers(importlib.import_module("takt.requests"), dataclasses.is_dataclass):
         for field in dataclasses.fields(kind):
-            assert re.search(rf"^    {field.name}: \S", kind.__doc__, re.MULTILINE), f"{name}.{field.name}"
+            text = inspect.getdoc(kind)
+            assert re.search(rf"^{field.name}: \S", text, re.MULTILINE), f"{name}.{field.name}"
 
 
 def test_help_says_how_to_step():
