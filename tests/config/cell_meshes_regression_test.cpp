@@ -53,11 +53,11 @@ TEST(CellMeshes, MeshesAreClosedAndOfTheDocumentedSize) {
   // Thesis 5.4.1: housing with mount 158 572, box 14 728, motor 4 038, jaws 1 224.
   const std::map<std::string, double> triangles{
       {"housing", 158572}, {"box", 14728}, {"motor", 4038}, {"jaw", 1224}};
-  for (const char* name :
-       {"housing", "box",     "motor",      "motor_convex", "jaw",         "rotor_core",  "magnet",
-        "cover",   "screw",   "screw_rack", "fixture",      "punch_half",  "press_mount", "furnace",
-        "bolt",    "nut",     "pinion",     "wheel",        "gear_pin",    "cap_screw",   "tapped_block",
-        "washer",  "hex_bit", "chuck_jaw",  "lamp",         "lamp_socket", "lamp_contact"}) {
+  for (const char* name : {"housing",     "box",      "motor",       "motor_convex", "jaw",     "rotor_core",
+                           "magnet",      "cover",    "screw",       "screw_rack",   "fixture", "punch_half",
+                           "press_mount", "furnace",  "bolt",        "nut",          "spacer",  "pinion",
+                           "wheel",       "gear_pin", "cap_screw",   "tapped_block", "washer",  "hex_bit",
+                           "chuck_jaw",   "lamp",     "lamp_socket", "lamp_contact"}) {
     for (const auto& object : import_mesh_objects(directory.path() / (std::string(name) + ".obj"))) {
       EXPECT_EQ(check_closed(object.mesh).problem, "") << name << " " << object.name;
       const auto wanted = triangles.find(name);
@@ -100,7 +100,7 @@ TEST(CellMeshes, MeshesAreClosedAtTheBoundsOfTheirParameters) {
         // Not every size goes with the default of the others; then the parameters are refused.
         try {
           if (name.starts_with("screw."))
-            solids = {meshes::make_bolt(p.screw), meshes::make_nut(p.screw)};
+            solids = {meshes::make_bolt(p.screw), meshes::make_nut(p.screw), meshes::make_spacer(p.screw)};
           else if (name.starts_with("cap_screw."))
             solids = {meshes::make_cap_screw(p.cap_screw), meshes::make_tapped_block(p.cap_screw),
                       meshes::make_washer(p.cap_screw), meshes::make_hex_bit(p.cap_screw),
@@ -125,7 +125,7 @@ TEST(CellMeshes, MeshesAreClosedAtTheBoundsOfTheirParameters) {
       }
     }
   }
-  EXPECT_EQ(parameters, 54);
+  EXPECT_EQ(parameters, 55);
   EXPECT_LE(refused, 14);
 }
 

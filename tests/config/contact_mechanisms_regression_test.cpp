@@ -1,5 +1,5 @@
 // Mechanisms of curved surfaces against the closed forms that engineers calculate with: a pair of gears, a screw
-// that is tightened, a lamp with a round thread in its socket.
+// that is tightened, a lamp with a round thread in its socket, a nut that a robot threads onto its bolt.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -19,14 +19,14 @@ namespace {
 
 constexpr double kMechanismPi = std::numbers::pi;
 
-/// One of the scenes of the library. `look` is called with the cell and the instant after each step.
+/// A shipped scenario. `look` is called with the cell and the instant after each step.
 class MechanismRun {
  public:
   explicit MechanismRun(const std::string& scene, const std::vector<std::string>& overrides = {}) {
     ScenarioOptions options;
     options.overrides = overrides;
-    scenario_ = read_scenario(
-        std::filesystem::path(TAKT_CONFIG_DIR) / "scenarios" / "contact" / (scene + ".yaml"), options);
+    scenario_ =
+        read_scenario(std::filesystem::path(TAKT_CONFIG_DIR) / "scenarios" / (scene + ".yaml"), options);
     cell_ = build_cell(scenario_);
   }
 
@@ -35,6 +35,7 @@ class MechanismRun {
     Snapshot snapshot = simulation.make_snapshot();
     HeadlessOptions options;
     options.duration_s = duration_s;
+    options.program = scenario_.controller_program;
     const HeadlessResult result = run_headless(simulation, scenario_, options, [&](const Simulation& s) {
       s.read_snapshot(snapshot);
       look(snapshot);
@@ -81,7 +82,7 @@ TEST(GearPair, InvolutesTurnTheWheelByTheRatioOfTheirTeeth) {
                base_2 = 0.5 * g.module * g.wheel_teeth * std::cos(g.pressure_angle);
   const double half_gap_m =
       g.backlash * std::cos(g.pressure_angle);  // of two flanks, along the line of action
-  MechanismRun scene("gear_pair");
+  MechanismRun scene("contact/gear_pair");
   const std::size_t pinion = scene.component("Pinion"), wheel = scene.component("Wheel");
   const double e_m = 0.012, weight_N = scene.part(0).mass_kg * scene.g();
   const double I_1 = scene.part(0).I_BBcm_B(2, 2) + scene.part(0).mass_kg * e_m * e_m,
@@ -144,7 +145,7 @@ TEST(ScrewTightened, TheTorqueIsThatOfThreadAndHead) {
                                       std::atan(kFriction / std::cos(kMechanismPi / 6.0))) +
                          kFriction * r_head;
   // Half a turn deeper than in the scene.
-  MechanismRun scene("screw_tightened",
+  MechanismRun scene("contact/screw_tightened",
                      {"parts.Screw.pose={position_m: [0, 0, 0.0080904], rpy_deg: [180, 0, 180]}",
                       "robots.Spindle.trajectory.end_rad=[-1.8584]"});
   const std::size_t screw = scene.component("Screw"), washer = scene.component("Washer"),
@@ -181,7 +182,7 @@ TEST(LampInSocket, ARoundThreadTurnsAsTheRigidScrewDoes) {
   const double r = p.crest_radius - arc + 0.5 * beside, h = p.pitch / (2.0 * kMechanismPi),
                cos_b = std::sqrt(1.0 - std::pow(0.5 * beside / arc, 2));
   const double lever = r * std::tan(std::atan(h / r) - std::atan(0.02 / cos_b));
-  MechanismRun scene("lamp_in_socket");
+  MechanismRun scene("contact/lamp_in_socket");
   const std::size_t lamp = scene.component("Lamp");
   const double expected =
       scene.g() * lever / (scene.part(0).I_BBcm_B(2, 2) / scene.part(0).mass_kg + h * lever);
@@ -198,6 +199,59 @@ TEST(LampInSocket, ARoundThreadTurnsAsTheRigidScrewDoes) {
   EXPECT_NEAR(last.z_m - first.z_m, h * (last.angle - first.angle), 1e-5);
   RecordProperty("acceleration", std::to_string((last.speed - first.speed) / (last.time_s - first.time_s)) +
                                      " " + std::to_string(expected));
+}
+
+/// In the thread M = F r tan(lambda + rho), tan lambda = lead / (2 pi r), tan rho = mu / cos 30 deg, and on the spacer
+/// F mu r_face: r_face is the mean radius of the nut's hexagon around the spacer's hole.
+TEST(NutOnBolt, ARobotThreadsItAndTheTorqueIsThatOfThreadAndFace) {
+  const meshes::ScrewParameters p;
+  constexpr double kFriction = 0.12;
+  const double r = 0.5 * p.diameter - 0.3248 * p.pitch, hole = 0.55 * p.diameter;
+  const double thread_lever_m = r * std::tan(std::atan(p.pitch / (2.0 * kMechanismPi * r)) +
+                                             std::atan(kFriction / std::cos(kMechanismPi / 6.0)));
+  double moment = 0.0, area = 0.0;
+  for (int i = 0; i < 1000; ++i) {  // a twelfth of the hexagon
+    const double edge = 0.5 * p.across_flats / std::cos(kMechanismPi / 6.0 * (i + 0.5) / 1000.0);
+    moment += (std::pow(edge, 3) - std::pow(hole, 3)) / 3.0;
+    area += (edge * edge - hole * hole) / 2.0;
+  }
+  const double face_lever_m = kFriction * moment / area;
+
+  MechanismRun scene("nut_on_bolt");
+  const std::size_t nut = scene.component("Nut"), bolt = scene.component("Bolt"),
+                    spacer = scene.component("Spacer");
+  struct Load {
+    double force_N = 0.0, torque_N_m = 0.0;  // onto the nut: along its axis, against its turning
+  };
+  const auto load = [&](const Snapshot& s, std::size_t by) {
+    double sign = 0.0;
+    const ContactSample* c = scene.contact(s, nut, by, sign);
+    if (c == nullptr) return Load{};
+    const Vec3 lever_W = c->p_WC - s.components[nut].p_WB;
+    return Load{std::abs(c->F_base_W.f.z()), sign * (c->F_base_W.t + lever_W.cross(c->F_base_W.f)).z()};
+  };
+  MeanValue thread, face;
+  double tension_N = 0.0, tightest_N = 0.0, resting_z_m = 0.0;
+  scene.run(57.5, [&](const Snapshot& s) {
+    const Load on_thread = load(s, bolt), on_face = load(s, spacer);
+    tension_N = on_face.force_N;
+    tightest_N = std::max(tightest_N, tension_N);
+    resting_z_m = s.components[nut].p_WB.z();
+    if (tension_N < 600.0 || s.components[nut].V_WB.w.z() > -0.05) return;
+    thread.add(on_thread.torque_N_m / on_thread.force_N);
+    face.add(on_face.torque_N_m / on_face.force_N);
+  });
+  EXPECT_GT(thread.count, 20);
+  EXPECT_NEAR(thread.value(), thread_lever_m, 0.02 * thread_lever_m);
+  // Elements of the nut's face lie across the edge of the hole.
+  EXPECT_NEAR(face.value(), face_lever_m, 0.03 * face_lever_m);
+  // The jaws are open: the thread locks itself.
+  EXPECT_GT(tightest_N, 700.0);
+  EXPECT_NEAR(tension_N, tightest_N, 0.01 * tightest_N);
+  EXPECT_NEAR(resting_z_m, 0.71 + p.spacer_height, 2e-4);
+  RecordProperty("levers_mm",
+                 std::to_string(1e3 * thread.value()) + " " + std::to_string(1e3 * thread_lever_m) + " " +
+                     std::to_string(1e3 * face.value()) + " " + std::to_string(1e3 * face_lever_m));
 }
 
 }  // namespace

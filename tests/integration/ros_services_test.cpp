@@ -22,6 +22,8 @@ using takt::test::test_domain;
 namespace fdds = takt::test::fdds;
 namespace frtps = takt::rtps;
 
+/// Waits for both directions before it asks, as ROS 2 does (wait_for_service): a reply that is sent before the reader of
+/// replies knows its writer is lost.
 template <typename RequestType, typename ResponseType>
 class Caller final : public fdds::DataReaderListener {
  public:
@@ -31,7 +33,9 @@ class Caller final : public fdds::DataReaderListener {
   Caller(RawDdsClient& dds, const std::string& name)
       : reader_(dds.listen<ResponseType>("rr/" + test_cell() + "/" + name + "Reply", this)),
         writer_(dds.write<RequestType>("rq/" + test_cell() + "/" + name + "Request")) {
-    if (!writer_.matches->wait_for(1)) throw std::runtime_error("no service " + name);
+    std::unique_lock lock(mutex_);
+    const bool heard = arrived_.wait_for(lock, std::chrono::seconds(60), [this] { return matched_; });
+    if (!heard || !writer_.matches->wait_for(1)) throw std::runtime_error("no service " + name);
   }
 
   std::int64_t send(Request request) {
@@ -52,6 +56,11 @@ class Caller final : public fdds::DataReaderListener {
     return strangers_;
   }
 
+  void on_subscription_matched(fdds::DataReader*, const fdds::SubscriptionMatchedStatus& status) override {
+    const std::lock_guard lock(mutex_);
+    matched_ = status.current_count > 0;
+    arrived_.notify_all();
+  }
   void on_data_available(fdds::DataReader* reader) override {
     Response response;
     fdds::SampleInfo info;
@@ -76,6 +85,7 @@ class Caller final : public fdds::DataReaderListener {
   std::condition_variable arrived_;
   std::map<std::int64_t, Response> responses_;
   std::size_t strangers_ = 0;
+  bool matched_ = false;
   fdds::DataReader* reader_;
   RawWriter writer_;
 };

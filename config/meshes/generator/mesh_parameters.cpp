@@ -34,7 +34,7 @@ using G = GearParameters;
 using D = CapScrewParameters;
 using L = LampParameters;
 
-const std::array<Parameter, 54> kParameters{{
+const std::array<Parameter, 55> kParameters{{
     {"chainsaw.boss_radius", &C::boss_radius, 0.008, 0.014, "of the motor's boss (m)"},
     {"chainsaw.interference", &C::interference, -1e-3, 2e-4, "radial, boss in seat; negative: clearance (m)"},
     {"chainsaw.boss_chamfer", &C::boss_chamfer, 1e-4, 3e-3, "(m)"},
@@ -64,6 +64,7 @@ const std::array<Parameter, 54> kParameters{{
     {"screw.head_height", &S::head_height, 0.001, 0.1, "(m)"},
     {"screw.across_flats", &S::across_flats, 0.003, 0.2, "of head and nut (m)"},
     {"screw.nut_height", &S::nut_height, 0.001, 0.1, "(m)"},
+    {"screw.spacer_height", &S::spacer_height, 0.001, 0.2, "of the ring between head and nut (m)"},
     {"screw.contact_edge", &S::contact_edge, 2e-5, 5e-3, "of elements up and down the flanks (m)"},
     {"screw.bolt_columns", &S::bolt_columns, 12, 1200, "vertices around, a multiple of 12"},
     {"screw.nut_columns", &S::nut_columns, 12, 1200, "vertices around, a multiple of 12"},

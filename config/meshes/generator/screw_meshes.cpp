@@ -89,6 +89,12 @@ Solid make_nut(const ScrewParameters& p) {
   return maker.take();
 }
 
+Solid make_spacer(const ScrewParameters& p) {
+  check(p);
+  const double inner = 0.55 * p.diameter, outer = p.diameter, height = p.spacer_height;
+  return make_revolved("spacer", {{inner, 0.0}, {outer, 0.0}, {outer, height}, {inner, height}}, true, 64);
+}
+
 Solid make_gear(const std::string& name, int teeth, const GearParameters& p) {
   if (teeth < 8)
     throw std::invalid_argument("a gear with " + std::to_string(teeth) + " teeth; allowed: 8 or more");
@@ -187,6 +193,7 @@ void make_screw_meshes(const std::filesystem::path& directory, const ScrewParame
   std::filesystem::create_directories(directory);
   write_solids(directory, "bolt", "Hexagon bolt with an ISO metric thread.", {make_bolt(screw)});
   write_solids(directory, "nut", "Hexagon nut with an ISO metric thread.", {make_nut(screw)});
+  write_solids(directory, "spacer", "Ring between the head of the bolt and its nut.", {make_spacer(screw)});
   write_solids(directory, "pinion", "Spur gear with involute teeth.",
                {make_gear("pinion", gear.pinion_teeth, gear)});
   write_solids(directory, "wheel", "Spur gear with involute teeth.",

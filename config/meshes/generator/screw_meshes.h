@@ -16,6 +16,7 @@ struct ScrewParameters {
   double head_height = 0.010;    ///< (ISO 4017)
   double across_flats = 0.024;   ///< of head and nut (ISO 4032)
   double nut_height = 0.0148;    ///< (ISO 4032)
+  double spacer_height = 0.010;  ///< of the ring between head and nut
   double contact_edge = 3.5e-4;  ///< of elements up and down the flanks
   /// Vertices around, multiples of 12: different ones, so that corners do not all pass corners at once.
   int bolt_columns = 84, nut_columns = 96;
@@ -30,6 +31,10 @@ Solid make_bolt(const ScrewParameters& p);
 /// Origin: centre of the lower face; the axis is z. A groove is at angle 0 and z = 0: placed k pitches above
 /// the bolt's origin it has the same play up and down.
 Solid make_nut(const ScrewParameters& p);
+
+/// A ring with the clearance hole of ISO 273 (medium, for M16), twice as wide as the thread: what the screw clamps.
+/// Origin: centre of its lower face.
+Solid make_spacer(const ScrewParameters& p);
 
 /// Spur gear with involute teeth, full depth (ISO 53: addendum 1 module, dedendum 1.25 modules).
 struct GearParameters {
@@ -50,7 +55,7 @@ Solid make_gear(const std::string& name, int teeth, const GearParameters& p);
 /// A pin for the bores, twice as long as the gears are wide. Origin: centre of its lower end.
 Solid make_gear_pin(const GearParameters& p);
 
-/// bolt.obj, nut.obj, pinion.obj, wheel.obj and gear_pin.obj.
+/// bolt.obj, nut.obj, spacer.obj, pinion.obj, wheel.obj and gear_pin.obj.
 void make_screw_meshes(const std::filesystem::path& directory, const ScrewParameters& screw = {},
                        const GearParameters& gear = {});
 
