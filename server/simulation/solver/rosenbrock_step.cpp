@@ -47,9 +47,24 @@ bool RosenbrockStep::begin(OdeSystem& system, double t, double h, std::span<cons
   system.update_motion(clamped(t), x);
   system.hold_contacts(h);
   system.derivatives_at_motion(clamped(t), x, f0_);
+  return take_derivatives(system, t, x);
+}
+
+bool RosenbrockStep::take_derivatives(const OdeSystem& system, double t, std::span<const double> x) {
   ++statistics_.evaluations;
   if (!finite(system, f0_)) return false;
   system.time_derivative(clamped(t), x, rate_);
+  return true;
+}
+
+bool RosenbrockStep::begin_linearised(OdeSystem& system, double t, double h, std::span<const double> x) {
+  system.update_motion(clamped(t), x);
+  system.hold_contacts(h);
+  linear_.linearise_pairs(system, Linearisation::secant);
+  system.derivatives_at_motion(clamped(t), x, f0_);
+  if (!take_derivatives(system, t, x)) return false;
+  linear_.linearise_models(system, clamped(t), x);
+  ++statistics_.jacobians;
   return true;
 }
 

@@ -32,6 +32,8 @@ class RosenbrockStep {
   bool begin(OdeSystem& system, double t, double h, std::span<const double> x);
   /// A at (t, x), the point of the last begin().
   void linearise(OdeSystem& system, double t, std::span<const double> x);
+  /// begin() and linearise(), which evaluate surface contacts once.
+  bool begin_linearised(OdeSystem& system, double t, double h, std::span<const double> x);
   /// Trials from the point of the last begin(); the result is new_x().
   Outcome four_stages(OdeSystem& system, double t, double h, std::span<const double> x);
   Outcome two_stages(OdeSystem& system, double t, double h, std::span<const double> x);
@@ -48,6 +50,7 @@ class RosenbrockStep {
   double error_of(const OdeSystem& system, std::span<const double> x) const;
   Outcome judge(const OdeSystem& system, std::span<const double> x);
   bool factorise(double a, double b);
+  bool take_derivatives(const OdeSystem& system, double t, std::span<const double> x);
 
   VelocitySystem linear_;
   double tolerance_;
