@@ -89,7 +89,7 @@ Measured run_takt(const PeerScene& scene, const std::string& name, const ErrorOf
       if (!simulation.step({})) break;
     }
     best.ratio = std::min(best.ratio, (processor_s() - begin) / scene.duration_s);
-    const Snapshot state = simulation.snapshot();
+    const Snapshot state = simulation.make_snapshot();
     std::vector<Pose> end;
     for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
       const auto id = static_cast<std::size_t>(cell->description.find_component("B" + std::to_string(i)));
@@ -213,7 +213,7 @@ void pushed(int count) {
     takt.ratio = std::min(takt.ratio, run_until(PushedCrowd::kBegin_s + kTimed_s) / kTimed_s);
     takt.fault = simulation.fault();
     std::vector<Pose> end(peers.scene.bodies.size());
-    const Snapshot state = simulation.snapshot();
+    const Snapshot state = simulation.make_snapshot();
     for (int i = 0; i < count; ++i) {
       const int id = crowd.model()->description.find_component("P" + std::to_string(i));
       end[peers.first + static_cast<std::size_t>(i)].p = state.components[static_cast<std::size_t>(id)].p_WB;

@@ -23,10 +23,12 @@ constexpr double kAfterNotFinite = 0.25;
 constexpr double kLocated_s = 1e-5;
 constexpr int kMaxLocating = 8;
 constexpr int kMaxSwitchesAtOnce = 20;
-// A whole communication step by two stages, instead of four, needs an error below this share of the tolerance.
-constexpr double kCalmError = 0.02;
-// Communication steps that one matrix serves, and that pass by four stages after two were not enough.
-constexpr int kKeptSteps = 20, kBusySteps = 20;
+// A whole communication step by two stages, instead of four, needs an error below one of these shares of the
+// tolerance: by the difference from Euler's method, or by its change since the communication step before.
+constexpr double kCalmError = 0.02, kCalmChange = 0.2;
+// Communication steps that one matrix serves, that pass with a matrix of their own after a kept one was not enough, and
+// by four stages after two were not.
+constexpr int kKeptSteps = 20, kFreshSteps = 20, kBusySteps = 6;
 
 // Times closer than this are one time (s, relative above 1 s).
 double one_time(double t) {
@@ -124,9 +126,9 @@ bool RosenbrockIntegrator::begin(OdeSystem& system, double t, double h, bool kee
   return false;
 }
 
-bool RosenbrockIntegrator::matrix_serves(const OdeSystem& system, double h) const {
+bool RosenbrockIntegrator::same_models(const OdeSystem& system, double h) const {
   const auto awake = system.active_segments();
-  return kept_steps_ > 0 && h == kept_h_ &&
+  return h == kept_h_ &&
          std::equal(awake.begin(), awake.end(), kept_segments_.begin(), kept_segments_.end());
 }
 
@@ -134,19 +136,29 @@ bool RosenbrockIntegrator::step_calmly(OdeSystem& system, double t, double h, bo
                                        std::span<const double> x) {
   const Outcome outcome =
       kept ? trial_.two_stages_again(system, t, h, x) : trial_.two_stages(system, t, h, x);
-  calm_ = outcome == Outcome::good && trial_.error() <= kCalmError && mode_ends_at(system, t + h) > 1.0;
-  if (!calm_) {
-    ++statistics_.rejected_steps;
-    kept_steps_ = 0;
-    busy_steps_ = kBusySteps;
-  } else if (kept) {
-    --kept_steps_;
-  } else {
+  const bool finite = outcome != Outcome::not_finite;
+  const bool follows = finite && remembers_ && same_models(system, h);
+  calm_ = finite &&
+          (trial_.error() <= kCalmError ||
+           (follows && trial_.error_by_change(system, x) <= kCalmChange)) &&
+          mode_ends_at(system, t + h) > 1.0;
+  if (calm_ || !kept) {
+    remembers_ = finite;
+    if (finite) trial_.remember();
     const auto awake = system.active_segments();
     kept_segments_.assign(awake.begin(), awake.end());
     kept_h_ = h;
-    kept_steps_ = kKeptSteps;
   }
+  if (calm_) {
+    kept_steps_ = kept ? kept_steps_ - 1 : kKeptSteps;
+    return true;
+  }
+  ++statistics_.rejected_steps;
+  kept_steps_ = 0;
+  if (kept)
+    fresh_steps_ = kFreshSteps;
+  else if (follows || !finite)  // the next step has this one to compare with, if it had none
+    busy_steps_ = kBusySteps;
   return calm_;
 }
 
@@ -156,12 +168,16 @@ bool RosenbrockIntegrator::find_step(OdeSystem& system, double t, double whole_s
   calm_ = false;
   const bool try_calmly =
       calm_steps_ == CalmSteps::two_stages && whole_s > 0.0 && busy_steps_ == 0;
-  const bool kept = try_calmly && matrix_serves(system, whole_s);
+  const bool kept = try_calmly && kept_steps_ > 0 && fresh_steps_ == 0 && same_models(system, whole_s);
+  if (try_calmly && fresh_steps_ > 0) --fresh_steps_;
   if (!begin(system, t, h, kept, x)) return false;
   if (try_calmly) {
     mode_ends = false;
     if (step_calmly(system, t, whole_s, kept, x)) return true;
-    if (kept && !begin(system, t, h, false, x)) return false;
+    if (kept) {
+      if (!begin(system, t, h, false, x)) return false;
+      if (step_calmly(system, t, whole_s, false, x)) return true;
+    }
   }
   kept_steps_ = 0;
   if (whole_s > 0.0 && busy_steps_ > 0) --busy_steps_;
@@ -225,8 +241,10 @@ bool RosenbrockIntegrator::take_step(OdeSystem& system, double t, double h, std:
       // Two equal steps rather than a large and a tiny one.
       double size = step_ >= left ? left : (2.0 * step_ > left ? 0.5 * left : step_);
       bool mode_ends = false;
-      if (!find_step(system, now, now == t && stop == end && size == left ? h : 0.0, size, mode_ends, x))
-        return false;
+      const bool whole = now == t && stop == end;
+      if (now == t && (!whole || busy_steps_ > 0)) remembers_ = false;
+      if (!find_step(system, now, whole ? h : 0.0, size, mode_ends, x)) return false;
+      if (calm_) size = left;
       for_each_active(system, [&](std::size_t i) { x[i] = trial_.new_x()[i]; });
       note_step(size);
       if (!calm_) next_size(size, size < step_);
