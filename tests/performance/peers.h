@@ -10,11 +10,11 @@ namespace takt::bench {
 struct PeerBody {
   Vec3 size_m = Vec3::Zero();  ///< edges of a box, its frame in the middle
   Pose X_WB;
-  double mass_kg = 0.0;                          ///< 0: it does not feel forces
-  std::function<Vec3(double t)> v_W{};           ///< of a body without mass; none: it stands
-  int slides_on = -1;                            ///< body on which it slides without turning
-  Vec3 axis_W = Vec3::UnitX();                   ///< of that
-  double force_N = 0.0;                          ///< along it
+  double mass_kg = 0.0;                 ///< 0: it does not feel forces
+  std::function<Vec3(double t)> v_W{};  ///< of a body without mass; none: it stands
+  int slides_on = -1;                   ///< body on which it slides without turning
+  Vec3 axis_W = Vec3::UnitX();          ///< of that
+  double force_N = 0.0;                 ///< along it
 };
 
 struct PeerScene {
@@ -28,7 +28,8 @@ struct PeerScene {
 
 struct PeerSetting {
   double step_s = 0.001;
-  int iterations = 10;  ///< of the constraint solver; 0: exact
+  int iterations = 10;           ///< of the constraint solver; 0: exact
+  bool both_directions = false;  ///< of friction; Bullet has one by default
 };
 
 struct PeerEnd {
@@ -38,9 +39,9 @@ struct PeerEnd {
 
 struct Peer {
   const char* name;
-  const char* package;                               ///< of Debian
-  PeerEnd (*run)(const PeerScene&, PeerSetting);     ///< nullptr: not built in
-  std::vector<PeerSetting> settings;                 ///< the cheapest one that is as accurate counts
+  const char* package;                            ///< of Debian
+  PeerEnd (*run)(const PeerScene&, PeerSetting);  ///< nullptr: not built in
+  std::vector<PeerSetting> settings;              ///< the cheapest one that is as accurate counts
 };
 
 Peer bullet();

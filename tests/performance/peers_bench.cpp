@@ -1,7 +1,7 @@
 // bench_peers [PARTS]: takt with its default solver beside engines of rigid bodies, in one run. By row: computing time
 // over simulated time and the error at the end. A setting of a peer is as accurate if its error is within the row's bound:
 // takt's own, and at least what the row states. The ratio is takt over the cheapest such setting of all peers; the goal is
-// 0.7. PARTS: the largest number of Parts on tables, 1000 unless given. Then run bench_dynamics and bench_collision for
+// 0.7. Bullet's settings are step, iterations, and whether friction has both directions (x 2). PARTS: the largest number of Parts on tables, 1000 unless given. Then run bench_dynamics and bench_collision for
 // arms and collision queries (./dev bench peers does).
 //
 // Errors are those of closed forms. Bodies at rest and in a hole: the distance from where rigid bodies stand, of which
@@ -29,6 +29,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr double kRough_m = 1e-3;  ///< a second bound that is printed
 constexpr double kGoal = 0.7, kGravity = 9.80665, kNone = std::numeric_limits<double>::infinity();
 constexpr int kTurns = 3;
 
@@ -54,10 +55,12 @@ Scenario scenario_of(const PeerScene& scene, const std::string& name) {
   std::ofstream out(directory / "scene.yaml");
   const Vec3& g = scene.gravity_m_per_s2;
   out.precision(17);
-  out << "takt_scenario: 1\nname: " << name << "\ndescription: boxes\nduration_s: " << scene.begin_s + scene.duration_s
-      << "\nworld: {gravity_m_per_s2: [" << g.x() << ", " << g.y() << ", " << g.z() << "]}\nsolver: {step_s: 0.008}\n"
-      << "processes:\n  cell: {level_of_detail: 3, members: all}\ncontact:\n  defaults: {friction: " << scene.friction
-      << "}\n";
+  out << "takt_scenario: 1\nname: " << name
+      << "\ndescription: boxes\nduration_s: " << scene.begin_s + scene.duration_s
+      << "\nworld: {gravity_m_per_s2: [" << g.x() << ", " << g.y() << ", " << g.z()
+      << "]}\nsolver: {step_s: 0.008}\n"
+      << "processes:\n  cell: {level_of_detail: 3, members: all}\ncontact:\n  defaults: {friction: "
+      << scene.friction << "}\n";
   if (!scene.sleeping) out << "sleeping: {method: never}\n";
   for (const bool part : {true, false}) {
     out << (part ? "parts:\n" : "grounds:\n");
@@ -103,11 +106,12 @@ Measured run_takt(const PeerScene& scene, const std::string& name, const ErrorOf
 }
 
 /// Prints the peers and, at last, the ratio to the best of them.
-void compare(const char* title, const Measured& takt, const PeerScene& scene, double least_bound_m, const ErrorOf& error) {
+void compare(const char* title, const Measured& takt, const PeerScene& scene, double least_bound_m,
+             const ErrorOf& error) {
   const double bound_m = std::max(takt.error_m, least_bound_m);
   std::printf("%-34s %-22s %9.5f %12.4f  %s\n", title, "takt, default solver", takt.ratio, 1e3 * takt.error_m,
               takt.fault.c_str());
-  double best = kNone;
+  double best = kNone, rough = kNone;
   for (const Peer& peer : {bullet(), ode()}) {
     if (peer.run == nullptr) {
       std::printf("%-34s %-22s not installed (%s)\n", "", peer.name, peer.package);
@@ -123,17 +127,22 @@ void compare(const char* title, const Measured& takt, const PeerScene& scene, do
       }
       const bool accurate = run.error_m <= bound_m;
       char name[64];
-      std::snprintf(name, sizeof(name), "%s %g ms, %s", peer.name, 1e3 * setting.step_s,
-                    setting.iterations > 0 ? std::to_string(setting.iterations).c_str() : "exact");
-      std::printf("%-34s %-22s %9.5f %12.4f  %s\n", "", name, run.ratio, 1e3 * run.error_m, accurate ? "" : "less accurate");
+      std::snprintf(name, sizeof(name), "%s %g ms, %s%s", peer.name, 1e3 * setting.step_s,
+                    setting.iterations > 0 ? std::to_string(setting.iterations).c_str() : "exact",
+                    setting.both_directions ? " x 2" : "");
+      std::printf("%-34s %-22s %9.5f %12.4f  %s\n", "", name, run.ratio, 1e3 * run.error_m,
+                  accurate ? "" : "less accurate");
       if (accurate) best = std::min(best, run.ratio);
+      if (run.error_m <= kRough_m) rough = std::min(rough, run.ratio);
     }
   }
   if (best == kNone)
-    std::printf("%-34s no peer is within %.4f mm\n\n", "", 1e3 * bound_m);
+    std::printf("%-34s no peer is within %.4f mm", "", 1e3 * bound_m);
   else
-    std::printf("%-34s ratio %.2f of the best within %.4f mm (goal %.1f, %s)\n\n", "", takt.ratio / best, 1e3 * bound_m,
-                kGoal, takt.ratio <= kGoal * best ? "reached" : "missed");
+    std::printf("%-34s ratio %.2f of the best within %.4f mm (goal %.1f, %s)", "", takt.ratio / best,
+                1e3 * bound_m, kGoal, takt.ratio <= kGoal * best ? "reached" : "missed");
+  if (rough < kNone) std::printf("; %.2f of the best within %g mm", takt.ratio / rough, 1e3 * kRough_m);
+  std::printf("\n\n");
   std::fflush(stdout);
 }
 
@@ -150,7 +159,8 @@ void stack() {
   PeerScene scene;
   scene.duration_s = 10.0;
   scene.bodies.push_back(box({0.2, 0.2, 0.02}, {0.0, 0.0, -0.01}, 0.0));
-  for (int i = 0; i < 10; ++i) scene.bodies.push_back(box({0.06, 0.06, 0.02}, {0.0, 0.0, 0.01 + 0.02 * i}, 0.2));
+  for (int i = 0; i < 10; ++i)
+    scene.bodies.push_back(box({0.06, 0.06, 0.02}, {0.0, 0.0, 0.01 + 0.02 * i}, 0.2));
   const ErrorOf error = [&](const std::vector<Pose>& end) { return farthest(scene, end); };
   compare("ten slabs at rest, none sleeps", run_takt(scene, "stack", error), scene, 1e-6, error);
 }
@@ -184,7 +194,8 @@ void sliding(int count) {
   const double far_m = 0.5 * kGravity * (std::sin(kSlope) - scene.friction * std::cos(kSlope));
   scene.bodies.push_back(box({1.8, 1.2, 0.05}, {0.3, 0.0, -0.025}, 0.0));
   for (int i = 0; i < count; ++i)
-    scene.bodies.push_back(box({0.04, 0.04, 0.04}, {-0.5 + 0.08 * (i % 10), -0.45 + 0.1 * (i / 10), 0.02}, 0.2));
+    scene.bodies.push_back(
+        box({0.04, 0.04, 0.04}, {-0.5 + 0.08 * (i % 10), -0.45 + 0.1 * (i / 10), 0.02}, 0.2));
   const ErrorOf error = [&](const std::vector<Pose>& end) {
     double worst = 0.0;
     for (std::size_t i = 1; i < end.size(); ++i)
@@ -255,8 +266,8 @@ void grasp() {
   PeerBody& carriage = scene.bodies.emplace_back(box({0.2, 0.06, 0.02}, {0.0, 0.0, 0.12}, 0.0));
   carriage.v_W = [](double t) { return Vec3(0.0, 0.0, t > 4.2 && t < 5.8 ? kLift_m / 1.6 : 0.0); };
   for (const double side : {-1.0, 1.0}) {
-    PeerBody& jaw =
-        scene.bodies.emplace_back(box({kJaw_m, 0.03, 0.06}, {side * (0.03 + 0.5 * kJaw_m + 0.01), 0.0, 0.06}, 0.3));
+    PeerBody& jaw = scene.bodies.emplace_back(
+        box({kJaw_m, 0.03, 0.06}, {side * (0.03 + 0.5 * kJaw_m + 1e-4), 0.0, 0.06}, 0.3));
     jaw.slides_on = 2;
     jaw.axis_W = Vec3(-side, 0.0, 0.0);
     jaw.force_N = kForce_N;
@@ -274,7 +285,8 @@ int main(int argc, char** argv) {
   using namespace takt::bench;
   const int most = argc > 1 ? std::atoi(argv[1]) : 1000;
   if (most < 1) {
-    std::fprintf(stderr, "bench_peers: found '%s'; allowed: the largest number of parts, at least 1\n", argv[1]);
+    std::fprintf(stderr, "bench_peers: found '%s'; allowed: the largest number of parts, at least 1\n",
+                 argv[1]);
     return 2;
   }
   std::printf("%-34s %-22s %9s %12s\n", "scene", "engine", "time/time", "error mm");

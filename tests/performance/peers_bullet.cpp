@@ -63,8 +63,8 @@ Body make_body(const PeerBody& from, double friction) {
   btVector3 inertia(0, 0, 0);
   if (from.mass_kg > 0.0) b.shape->calculateLocalInertia(scalar(from.mass_kg), inertia);
   b.place = std::make_unique<btDefaultMotionState>(scaled(from.X_WB));
-  b.body = std::make_unique<btRigidBody>(btRigidBody::btRigidBodyConstructionInfo(
-      scalar(from.mass_kg), b.place.get(), b.shape.get(), inertia));
+  b.body = std::make_unique<btRigidBody>(
+      btRigidBody::btRigidBodyConstructionInfo(scalar(from.mass_kg), b.place.get(), b.shape.get(), inertia));
   // Bullet multiplies the two sides.
   b.body->setFriction(scalar(std::sqrt(friction)));
   if (from.v_W) {
@@ -95,6 +95,7 @@ PeerEnd run_bullet_boxes(const PeerScene& scene, PeerSetting setting) {
   world.setGravity(scaled(scene.gravity_m_per_s2));
   world.setForceUpdateAllAabbs(false);
   world.getSolverInfo().m_numIterations = setting.iterations;
+  if (setting.both_directions) world.getSolverInfo().m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
   std::vector<Body> bodies;
   for (const PeerBody& from : scene.bodies) {
     Body& b = bodies.emplace_back(make_body(from, scene.friction));
@@ -136,7 +137,14 @@ Peer bullet() {
   return {"Bullet",
           "libbullet-dev",
           run_bullet_boxes,
-          {{0.004, 10}, {0.004, 30}, {0.004, 100}, {0.002, 10}, {0.002, 30}, {0.001, 10}, {0.001, 50}}};
+          {{0.004, 10},
+           {0.004, 10, true},
+           {0.004, 30, true},
+           {0.004, 100, true},
+           {0.002, 10, true},
+           {0.002, 100, true},
+           {0.001, 10, true},
+           {0.001, 50, true}}};
 }
 
 #endif

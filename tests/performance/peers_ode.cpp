@@ -68,7 +68,8 @@ PeerEnd run_ode_boxes(const PeerScene& scene, PeerSetting setting) {
   for (const PeerBody& from : scene.bodies) {
     const Vec3 &s = from.size_m, &p = from.X_WB.p;
     const Mat3& R = from.X_WB.R;
-    const dMatrix3 turn = {R(0, 0), R(0, 1), R(0, 2), 0, R(1, 0), R(1, 1), R(1, 2), 0, R(2, 0), R(2, 1), R(2, 2), 0};
+    const dMatrix3 turn = {R(0, 0), R(0, 1), R(0, 2), 0,       R(1, 0), R(1, 1),
+                           R(1, 2), 0,       R(2, 0), R(2, 1), R(2, 2), 0};
     const dGeomID geom = geoms.emplace_back(dCreateBox(w.space, s.x(), s.y(), s.z()));
     const bool moves = from.mass_kg > 0.0 || from.v_W;
     const dBodyID body = bodies.emplace_back(moves ? dBodyCreate(w.world) : nullptr);
@@ -130,7 +131,8 @@ PeerEnd run_ode_boxes(const PeerScene& scene, PeerSetting setting) {
 }  // namespace
 
 Peer ode() {
-  return {"ODE", "libode-dev", run_ode_boxes, {{0.004, 20}, {0.004, 0}, {0.002, 20}, {0.001, 20}, {0.001, 0}}};
+  return {
+      "ODE", "libode-dev", run_ode_boxes, {{0.004, 20}, {0.004, 0}, {0.002, 20}, {0.001, 20}, {0.001, 0}}};
 }
 
 #endif

@@ -26,7 +26,8 @@ struct PushedScene {
     for (int t = 0; t < (count + 99) / 100; ++t) add({1.1, 1.1, 0.05}, {1.2 * t, 0.0, -0.025}, 0.0);
     first = scene.bodies.size();
     for (int i = 0; i < count; ++i)
-      add({Crowd::kBox_m, Crowd::kBox_m, Crowd::kBox_m}, Crowd::place(i).p + Vec3(0.0, 0.0, 0.5 * Crowd::kBox_m), 0.2);
+      add({Crowd::kBox_m, Crowd::kBox_m, Crowd::kBox_m},
+          Crowd::place(i).p + Vec3(0.0, 0.0, 0.5 * Crowd::kBox_m), 0.2);
     for (int r = 0; r < std::min(Crowd::kPushed, count); ++r) {
       const Vec3 behind(0.0, -0.5 * Crowd::kBox_m - 0.01 - Crowd::kGap_m, 0.04);
       add({0.04, 0.02, 0.06}, Crowd::place(Crowd::kApart * r).p + behind, 0.0).v_W = [](double t) {

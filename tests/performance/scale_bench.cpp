@@ -163,7 +163,8 @@ void measure_contact() {
     char peer[64] = "not installed (libbullet-dev)";
     if (bullet.run != nullptr) {
       const takt::bench::PeerEnd end = bullet.run(beside.scene, bullet.settings.front());
-      std::snprintf(peer, sizeof(peer), "%.4f (%.3f mm off)", end.cpu_s / kSimulated_s, 1e3 * beside.error_m(end.X_WB));
+      std::snprintf(peer, sizeof(peer), "%.4f (%.3f mm off)", end.cpu_s / kSimulated_s,
+                    1e3 * beside.error_m(end.X_WB));
     }
     std::printf("%5d   %9.3f  %5.2f   %19.4f  %5.2f   %9.1f  %5.2f   %10zu  %8zu  %zu   %s\n", count, rest,
                 growth(rest_before, rest), ratio, growth(ratio_before, ratio), memory,

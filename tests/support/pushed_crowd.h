@@ -22,7 +22,8 @@ class PushedCrowd {
   explicit PushedCrowd(int count) {
     cell_.step(kStep_s);
     CellModel& model = cell_.model();
-    model.contact_solver = {std::string(kAutomaticSolver), solver_default_tolerance(kAutomaticSolver), kStep_s};
+    model.contact_solver = {std::string(kAutomaticSolver), solver_default_tolerance(kAutomaticSolver),
+                            kStep_s};
     const int tables = (count + 99) / 100;
     for (int t = 0; t < tables; ++t) {
       cell_.ground("T" + std::to_string(t), kTable_m, at(1.2 * t, 0.0, -kTable_m.z()));

@@ -128,8 +128,7 @@ bool RosenbrockIntegrator::begin(OdeSystem& system, double t, double h, bool kee
 
 bool RosenbrockIntegrator::same_models(const OdeSystem& system, double h) const {
   const auto awake = system.active_segments();
-  return h == kept_h_ &&
-         std::equal(awake.begin(), awake.end(), kept_segments_.begin(), kept_segments_.end());
+  return h == kept_h_ && std::equal(awake.begin(), awake.end(), kept_segments_.begin(), kept_segments_.end());
 }
 
 bool RosenbrockIntegrator::step_calmly(OdeSystem& system, double t, double h, bool kept,
@@ -139,8 +138,7 @@ bool RosenbrockIntegrator::step_calmly(OdeSystem& system, double t, double h, bo
   const bool finite = outcome != Outcome::not_finite;
   const bool follows = finite && remembers_ && same_models(system, h);
   calm_ = finite &&
-          (trial_.error() <= kCalmError ||
-           (follows && trial_.error_by_change(system, x) <= kCalmChange)) &&
+          (trial_.error() <= kCalmError || (follows && trial_.error_by_change(system, x) <= kCalmChange)) &&
           mode_ends_at(system, t + h) > 1.0;
   if (calm_ || !kept) {
     remembers_ = finite;
@@ -166,8 +164,7 @@ bool RosenbrockIntegrator::find_step(OdeSystem& system, double t, double whole_s
                                      std::span<double> x) {
   trial_.limit_times(after_, before_);
   calm_ = false;
-  const bool try_calmly =
-      calm_steps_ == CalmSteps::two_stages && whole_s > 0.0 && busy_steps_ == 0;
+  const bool try_calmly = calm_steps_ == CalmSteps::two_stages && whole_s > 0.0 && busy_steps_ == 0;
   const bool kept = try_calmly && kept_steps_ > 0 && fresh_steps_ == 0 && same_models(system, whole_s);
   if (try_calmly && fresh_steps_ > 0) --fresh_steps_;
   if (!begin(system, t, h, kept, x)) return false;

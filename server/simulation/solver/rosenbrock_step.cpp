@@ -170,7 +170,8 @@ RosenbrockStep::Outcome RosenbrockStep::judge(const OdeSystem& system, std::span
 }
 
 double RosenbrockStep::error_by_change(const OdeSystem& system, std::span<const double> x) {
-  for_each_active(system, [&](std::size_t i) { work_[i] = kOfChange / kOfEuler * (errors_[i] - remembered_[i]); });
+  for_each_active(system,
+                  [&](std::size_t i) { work_[i] = kOfChange / kOfEuler * (errors_[i] - remembered_[i]); });
   return error_of(system, x, work_);
 }
 
