@@ -167,8 +167,8 @@ struct Scenario {
   SystemMatrix matrix = SystemMatrix::automatic;  ///< solver.matrix: automatic, separate or coupled
   /// Solver while any process has a higher level of detail than 1.
   struct LevelSolver {
-    std::string method = "rosenbrock";
-    double tolerance = 1e-4;
+    std::string method{kAutomaticSolver};
+    double tolerance = solver_default_tolerance(kAutomaticSolver);
     std::optional<double> step_s;  ///< communication step of a cell that begins at that level
   };
   LevelSolver contact_solver;                  ///< `solver.contact`: while any process has level 3

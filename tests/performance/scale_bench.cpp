@@ -11,10 +11,10 @@
 
 #include "server/runtime/loop/worker_pool.h"
 #include "tests/performance/processor_time.h"
+#include "tests/performance/pushed_scene.h"
 #include "tests/support/crowded_cell.h"
 #include "tests/support/moving_crowd.h"
 #include "tests/support/process_resources.h"
-#include "tests/support/pushed_crowd.h"
 
 namespace {
 
@@ -138,7 +138,7 @@ void measure_contact() {
       "\nSurface contact, N Parts on tables, two of them pushed among the others asleep for %.0f s (default "
       "solver)\n"
       "    N   to rest s  slope   computing/simulated  slope   memory MB  slope   near pairs  contacts  of "
-      "pairs\n",
+      "pairs   Bullet, sleeping\n",
       kSimulated_s);
   double rest_before = 0.0, ratio_before = 0.0, memory_before = 0.0;
   int before = 0;
@@ -158,10 +158,18 @@ void measure_contact() {
     const auto growth = [&](double from, double to) {
       return before > 0 ? slope(from, to, before, count) : 0.0;
     };
-    std::printf("%5d   %9.3f  %5.2f   %19.4f  %5.2f   %9.1f  %5.2f   %10zu  %8zu  %zu\n", count, rest,
+    const takt::bench::PushedScene beside(count, kSimulated_s);
+    const takt::bench::Peer bullet = takt::bench::bullet();
+    char peer[64] = "not installed (libbullet-dev)";
+    if (bullet.run != nullptr) {
+      const takt::bench::PeerEnd end = bullet.run(beside.scene, bullet.settings.front());
+      std::snprintf(peer, sizeof(peer), "%.4f (%.3f mm off)", end.cpu_s / kSimulated_s,
+                    1e3 * beside.error_m(end.X_WB));
+    }
+    std::printf("%5d   %9.3f  %5.2f   %19.4f  %5.2f   %9.1f  %5.2f   %10zu  %8zu  %zu   %s\n", count, rest,
                 growth(rest_before, rest), ratio, growth(ratio_before, ratio), memory,
                 growth(memory_before, memory), size.near_pairs, size.contacts,
-                simulation.model().contact.pairs.size());
+                simulation.model().contact.pairs.size(), peer);
     if (!simulation.fault().empty()) std::printf("  %s\n", simulation.fault().c_str());
     before = count, rest_before = rest, ratio_before = ratio, memory_before = memory;
   }

@@ -43,7 +43,7 @@ TEST(SolverAllocation, StepsAfterTheFirstAllocateNothing) {
 TEST(ContactAllocation, ListsGrowAFewTimesAndNeverForKnownPoses) {
   if constexpr (kMaxLevelOfDetail < 3) GTEST_SKIP() << "needs level of detail 3";
   for (const char* name : {"drop", "sliding_block", "stack_of_ten", "peg_in_hole_100um", "incline"}) {
-    for (const char* solver : {"rosenbrock", "cvode", "implicit"}) {
+    for (const char* solver : {"automatic", "rosenbrock", "cvode", "implicit"}) {
       ScenarioOptions options;
       options.overrides = {"solver.method=" + std::string(solver)};
       Simulation simulation(load_cell(

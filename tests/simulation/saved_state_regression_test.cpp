@@ -84,7 +84,7 @@ TEST(SavedContact, ASavedBlockAssemblyAtLevel3ContinuesWithTheSameBits) {
 
 // A patch is held over several steps (PolygonalContact::hold): it is part of the state.
 TEST(SavedContact, ASavedNutContinuesToTurnWithTheSameBits) {
-  for (const char* solver : {"implicit", "rosenbrock"}) {
+  for (const char* solver : {"implicit", "rosenbrock", "automatic"}) {
     const Cell cell("contact/nut_runs_down", {std::string("solver.method=") + solver});
     check_restored_runs(cell.model, StepCommands(60), {1, 27, 41}, 12);
   }
@@ -95,6 +95,9 @@ TEST_P(SavedScene, SpringsAndSolverContinueWithTheSameBits) {
   for (const char* law : {"regularised", "stick"}) {
     const auto model = library_scene(GetParam(), {std::string("contact.defaults.friction_law=") + law});
     check_restored_runs(model, StepCommands(500), {0, 101, 250, 333}, 150);
+    const auto by_default = library_scene(
+        GetParam(), {std::string("contact.defaults.friction_law=") + law, "solver.method=automatic"});
+    check_restored_runs(by_default, StepCommands(500), {0, 101, 250, 333}, 150);
   }
 }
 INSTANTIATE_TEST_SUITE_P(Scenes, SavedScene, testing::Values("incline", "sliding_block", "stack_of_ten"),

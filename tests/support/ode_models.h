@@ -12,7 +12,8 @@ namespace takt::test {
 
 /// Names of solvers: those of SUNDIALS, and all that control their error.
 inline const std::vector<std::string> kAdaptive{"cvode", "esdirk", "esdirk4", "ida"};
-inline const std::vector<std::string> kErrorControlled{"rosenbrock", "cvode", "esdirk", "esdirk4", "ida"};
+inline const std::vector<std::string> kErrorControlled{"automatic", "rosenbrock", "cvode",
+                                                       "esdirk",    "esdirk4",    "ida"};
 
 /// Models as one OdeSystem: no connections; `bodies` Parts without contact.
 class LooseSystem {

@@ -14,7 +14,7 @@ namespace takt::test {
 
 class PushedCrowd {
  public:
-  static constexpr int kPushed = 2;
+  static constexpr int kPushed = 2, kApart = 7;  ///< each seventh is pushed, until there are two
   static constexpr double kStep_s = 0.008, kSpeed_m_per_s = 0.02, kBegin_s = 0.4, kLongest_m = 0.035;
   static constexpr double kBox_m = 0.04, kPitch_m = 0.1, kGap_m = 0.003;
 
@@ -22,7 +22,8 @@ class PushedCrowd {
   explicit PushedCrowd(int count) {
     cell_.step(kStep_s);
     CellModel& model = cell_.model();
-    model.contact_solver = {"rosenbrock", 1e-4, kStep_s};
+    model.contact_solver = {std::string(kAutomaticSolver), solver_default_tolerance(kAutomaticSolver),
+                            kStep_s};
     const int tables = (count + 99) / 100;
     for (int t = 0; t < tables; ++t) {
       cell_.ground("T" + std::to_string(t), kTable_m, at(1.2 * t, 0.0, -kTable_m.z()));
@@ -37,7 +38,7 @@ class PushedCrowd {
       model.contact.surfaces.push_back(box);
     }
     for (int r = 0; r < std::min(kPushed, count); ++r) {
-      Pose X = place(7 * r);
+      Pose X = place(kApart * r);
       X.p.y() -= 0.5 * kBox_m + 0.01 + kGap_m;
       X.p.z() = 0.07;
       cell_.gantry_with_gripper("R" + std::to_string(r), "G" + std::to_string(r), X);
@@ -71,6 +72,11 @@ class PushedCrowd {
   }
 
   std::shared_ptr<const CellModel> model() const { return model_; }
+  /// Of a Part at the beginning: the middle of its bottom face.
+  static Pose place(int i) {
+    const int on_table = i % 100;
+    return at(1.2 * (i / 100) - 0.45 + kPitch_m * (on_table % 10), -0.45 + kPitch_m * (on_table / 10), 0.0);
+  }
 
   /// Commands for the step that begins: forward, then stand.
   const std::vector<Command>& commands(const Simulation& simulation) {
@@ -89,10 +95,6 @@ class PushedCrowd {
 
  private:
   static inline const Vec3 kTable_m{1.1, 1.1, 0.05};
-  static Pose place(int i) {
-    const int on_table = i % 100;
-    return at(1.2 * (i / 100) - 0.45 + kPitch_m * (on_table % 10), -0.45 + kPitch_m * (on_table / 10), 0.0);
-  }
   void add_surface(const TriangleMesh& mesh) {
     cell_.model().contact.surfaces.push_back(
         std::make_shared<const ContactSurface>(mesh, ContactSurfaceOptions{default_element_edge_m(mesh)}));

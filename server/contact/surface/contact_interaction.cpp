@@ -26,6 +26,8 @@ ContactInteraction::ContactInteraction(const std::vector<Component>& components,
       degree_(components.size(), 0),
       asleep_(components.size(), 0),
       counted_(components.size(), 0),
+      listed_(components.size(), 0),
+      boxes_(components.size()),
       approach_(components.size(), model),
       pool_(model, components.size()) {
   constexpr std::size_t kRoom = 256, kRoomPerComponent = 32;
@@ -33,6 +35,7 @@ ContactInteraction::ContactInteraction(const std::vector<Component>& components,
   for (auto* list : {&near_, &found_, &next_}) list->reserve(room);
   for (auto* list : {&moving_, &present_}) list->reserve(room);
   mobile_.reserve(components.size());
+  ends_.reserve(components.size());
 }
 
 ContactInteraction::~ContactInteraction() = default;
@@ -104,6 +107,31 @@ void ContactInteraction::list_contacts() {
     present_.push_back(pair.contact);
     if (!pair.still) moving_.push_back(pair.contact);
   }
+  for (const int end : ends_) listed_[static_cast<std::size_t>(end)] = 0;
+  ends_.clear();
+  for (const PairContact* pair : moving_) {
+    for (const int end : {pair->base, pair->target}) {
+      char& listed = listed_[static_cast<std::size_t>(end)];
+      if (listed == 0) ends_.push_back(end);
+      listed = 1;
+    }
+  }
+}
+
+void ContactInteraction::find_boxes(const CellMotion& motion) {
+  for (const int end : ends_) {
+    const auto c = static_cast<std::size_t>(end);
+    boxes_[c] = ApproachSearch::world_box(*model_.surfaces[c], motion.bodies[c].X_WB);
+  }
+}
+
+/// True only if the contact would find no element either: with room for rounding, and not where it holds a patch, whose
+/// planes reach beyond the box.
+bool ContactInteraction::boxes_apart(const PairContact& pair) const {
+  constexpr double kRounding_m = 1e-9;
+  const Aabb& base = boxes_[static_cast<std::size_t>(pair.base)];
+  const Aabb& target = boxes_[static_cast<std::size_t>(pair.target)];
+  return ApproachSearch::gap_m(base, target) > kRounding_m && !pair.contact.can_hold();
 }
 
 /// Pairs that have come to lie still keep their contact only where they press, and it is not evaluated again.
@@ -352,6 +380,13 @@ void ContactInteraction::accept(const CellMotion& motion) {
   }
 }
 
+void ContactInteraction::evaluate_near(PairContact& pair, const CellMotion& motion) const {
+  if (!boxes_apart(pair)) return evaluate_pair(pair, motion);
+  ++pair.apart;
+  pair.result = ContactResult{};
+  pair.known = false;
+}
+
 void ContactInteraction::evaluate_pair(PairContact& pair, const CellMotion& motion) const {
   const RelativeMotion now = motion_of(pair.base, pair.target, motion);
   if (pair.known && same_bits(now, pair.at)) {
@@ -399,10 +434,11 @@ void ContactInteraction::look_at_pair(PairContact& pair, const CellMotion& motio
 
 void ContactInteraction::run_task(std::size_t task, void* context) {
   const Work& work = *static_cast<Work*>(context);
-  work.self->evaluate_pair(*work.self->moving_[task], *work.motion);
+  work.self->evaluate_near(*work.self->moving_[task], *work.motion);
 }
 
 void ContactInteraction::evaluate_all(const CellMotion& motion) {
+  find_boxes(motion);
   Work work{this, &motion};
   const bool ask = model_.parallel && executor_ != nullptr && moving_.size() > 1;
   if (ask && executor_->begin(moving_.size()))
@@ -441,8 +477,10 @@ void ContactInteraction::evaluate(const CellMotion& motion, std::span<Wrench> wr
 
 void ContactInteraction::linearise(const CellMotion& motion, Linearisation linearisation,
                                    std::vector<PairLinearisation>& list) {
+  find_boxes(motion);
   for (PairContact* const moving : moving_) {
     PairContact& pair = *moving;
+    if (boxes_apart(pair)) continue;
     const RelativeMotion now = motion_of(pair.base, pair.target, motion);
     // A pair without pressure at this motion has no stiffness.
     if (pair.known && pair.result.elements == 0 && same_bits(now, pair.at)) continue;
@@ -548,7 +586,7 @@ void ContactInteraction::list_pushed(const CellMotion& motion, int component, co
 
 ContactCallCounts ContactInteraction::counts() const {
   ContactCallCounts counts = pool_.counts();
-  counts.boxes_apart = boxes_apart_;
+  counts.boxes_apart += boxes_apart_;
   return counts;
 }
 

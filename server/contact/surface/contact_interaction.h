@@ -144,6 +144,9 @@ class ContactInteraction {
   }
   void evaluate_all(const CellMotion& motion);
   void add_wrenches(const PairContact& pair, const CellMotion& motion, std::span<Wrench> wrenches) const;
+  void find_boxes(const CellMotion& motion);
+  bool boxes_apart(const PairContact& pair) const;
+  void evaluate_near(PairContact& pair, const CellMotion& motion) const;
   void evaluate_pair(PairContact& pair, const CellMotion& motion) const;
   void look_at_pair(PairContact& pair, const CellMotion& motion) const;
   RelativeMotion motion_of(int base, int target, const CellMotion& motion) const;
@@ -160,6 +163,9 @@ class ContactInteraction {
   std::vector<char> asleep_;           ///< by component
   std::vector<int> mobile_;            ///< components that can move, ascending
   std::vector<char> counted_;          ///< by component, while pairs are counted
+  std::vector<int> ends_;              ///< components of the moving pairs
+  std::vector<char> listed_;           ///< by component: it is one of these
+  std::vector<Aabb> boxes_;            ///< of these, world boxes at the motion of the last evaluation
   bool all_moved_ = true;              ///< places and bounds of all components must be set again
   bool unsettled_ = false;             ///< pairs have come to lie still
   std::size_t movable_count_ = 0;      ///< acting pairs with a side that can move

@@ -54,7 +54,7 @@ PairContact& ContactPool::take(std::size_t number, int base, int target) {
   pair.contact.rebind(model_.surfaces[static_cast<std::size_t>(base)], target_surface, pair.kind->law);
   pair.known = pair.uncounted = pair.still = pair.frozen = pair.deep = false;
   pair.deep_m = 0.25 * target_surface->wall_m();
-  pair.made = pair.skipped = 0;
+  pair.made = pair.skipped = pair.apart = 0;
   set_friction(pair);
   return pair;
 }
@@ -84,6 +84,7 @@ void ContactPool::give_back(PairContact& pair) {
 void ContactPool::drop(PairContact& pair) {
   earlier_.made += pair.made;
   earlier_.skipped += pair.skipped;
+  earlier_.boxes_apart += pair.apart;
   earlier_.rebuilds += pair.contact.counts().rebuilds;
   earlier_.elements += pair.contact.counts().elements;
   const auto of = [this](int component) { return model_.surfaces[static_cast<std::size_t>(component)]; };
@@ -116,8 +117,8 @@ void ContactPool::set_friction(PairContact& pair) const {
 }
 
 void ContactPool::reset_counts() {
-  earlier_.made = earlier_.skipped = 0;
-  for_each([](PairContact& pair) { pair.made = pair.skipped = 0; });
+  earlier_.made = earlier_.skipped = earlier_.boxes_apart = 0;
+  for_each([](PairContact& pair) { pair.made = pair.skipped = pair.apart = 0; });
 }
 
 ContactCallCounts ContactPool::counts() const {
@@ -125,6 +126,7 @@ ContactCallCounts ContactPool::counts() const {
   for_each([&counts](const PairContact& pair) {
     counts.made += pair.made;
     counts.skipped += pair.skipped;
+    counts.boxes_apart += pair.apart;
     counts.rebuilds += pair.contact.counts().rebuilds;
     counts.elements += pair.contact.counts().elements;
   });

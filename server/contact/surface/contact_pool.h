@@ -47,7 +47,7 @@ struct PairContact {
   bool deep = false;       ///< an evaluation since passing() found it beyond `deep_m`
   double deep_m = 0.0;
   ContactResult result;
-  std::uint64_t made = 0, skipped = 0;
+  std::uint64_t made = 0, skipped = 0, apart = 0;
   std::uint64_t given_back = 0;  ///< the order
 };
 
@@ -69,7 +69,7 @@ class ContactPool {
   void update_friction(std::span<const BodyHeat> heat);
 
   void reset_counts();
-  /// Without boxes_apart.
+  /// boxes_apart: of the pairs that had a contact.
   ContactCallCounts counts() const;
   /// All contacts, and those of them with buffers.
   std::size_t size() const { return made_.size(); }

@@ -7,7 +7,8 @@
 
 namespace takt {
 
-/// Composition of the linear systems of implicit solvers. `rosenbrock` always has the coupled one.
+/// Composition of the linear systems of implicit solvers. `rosenbrock` and `automatic` always have the coupled
+/// one.
 enum class SystemMatrix : std::uint8_t {
   automatic,  ///< coupled where pairs are stiff (surface contact), else separate
   separate,   ///< implicit: stiff terms inside each model; others: finite differences, group by group
@@ -34,6 +35,9 @@ struct SolverStatistics {
   std::uint64_t mode_switches = 0;  ///< changes of plant models' modes
   double smallest_step_s = 0.0, largest_step_s = 0.0;
 };
+
+/// The solver of `solver.contact` and `solver.dynamics` unless another one is named.
+inline constexpr std::string_view kAutomaticSolver = "automatic";
 
 /// Names make_integrator() accepts, for error texts.
 std::span<const std::string_view> solver_names();

@@ -31,11 +31,17 @@ std::unique_ptr<Integrator> make(const SolverParameters& parameters, const OdeSy
     return std::make_unique<Type>(system.state_count());
 }
 
+std::unique_ptr<Integrator> make_automatic(const SolverParameters& parameters, const OdeSystem& system) {
+  return std::make_unique<RosenbrockIntegrator>(parameters, system,
+                                                RosenbrockIntegrator::CalmSteps::two_stages);
+}
+
 constexpr std::array kSolvers{
     Solver{"rk2", make<Rk2Integrator>, Solver::Kind::is_explicit},
     Solver{"rk4", make<Rk4Integrator>, Solver::Kind::is_explicit},
     Solver{"implicit", make<ImplicitIntegrator>, Solver::Kind::fixed_step},
     Solver{"rosenbrock", make<RosenbrockIntegrator>, Solver::Kind::error_control, 1e-4},
+    Solver{kAutomaticSolver, make_automatic, Solver::Kind::error_control, 1e-4},
     Solver{"cvode", make<AdaptiveIntegrator>, Solver::Kind::error_control},
     Solver{"esdirk", make<AdaptiveIntegrator>, Solver::Kind::error_control},
     Solver{"esdirk4", make<AdaptiveIntegrator>, Solver::Kind::error_control},

@@ -23,6 +23,12 @@ constexpr double kAfterNotFinite = 0.25;
 constexpr double kLocated_s = 1e-5;
 constexpr int kMaxLocating = 8;
 constexpr int kMaxSwitchesAtOnce = 20;
+// A whole communication step by two stages, instead of four, needs an error below one of these shares of the
+// tolerance: by the difference from Euler's method, or by its change since the communication step before.
+constexpr double kCalmError = 0.02, kCalmChange = 0.2;
+// Communication steps that one matrix serves, that pass with a matrix of their own after a kept one was not enough, and
+// by four stages after two were not.
+constexpr int kKeptSteps = 20, kFreshSteps = 20, kBusySteps = 6;
 
 // Times closer than this are one time (s, relative above 1 s).
 double one_time(double t) {
@@ -36,12 +42,16 @@ void for_each_active(const OdeSystem& system, const Visit& visit) {
 }
 }  // namespace
 
-RosenbrockIntegrator::RosenbrockIntegrator(const SolverParameters& parameters, const OdeSystem& system)
+RosenbrockIntegrator::RosenbrockIntegrator(const SolverParameters& parameters, const OdeSystem& system,
+                                           CalmSteps calm_steps)
     : trial_(system, parameters.tolerance, statistics_),
+      calm_steps_(calm_steps),
       indicators_(static_cast<std::size_t>(system.indicator_count())),
       new_indicators_(indicators_),
       after_(-kInfinity),
-      before_(kInfinity) {}
+      before_(kInfinity) {
+  kept_segments_.reserve(system.segments().size());
+}
 
 void RosenbrockIntegrator::reset() {
   Integrator::reset();
@@ -50,7 +60,7 @@ void RosenbrockIntegrator::reset() {
   after_ = -kInfinity;
 }
 
-// Jacobian, stages and the matrix are computed in every step.
+// The kept matrix is not saved: forget().
 void RosenbrockIntegrator::save(StateWriter& out) const {
   out.put(step_), out.put(last_error_), out.put(after_), out.put(before_), out.put(restarted_);
   out.put_size(indicators_.size());
@@ -105,14 +115,69 @@ double RosenbrockIntegrator::mode_ends_at(OdeSystem& system, double t_end) {
   return first;
 }
 
-bool RosenbrockIntegrator::find_step(OdeSystem& system, double t, double& h, bool& mode_ends,
+bool RosenbrockIntegrator::begin(OdeSystem& system, double t, double h, bool keeps_matrix,
+                                 std::span<const double> x) {
+  const bool evaluates_once = calm_steps_ == CalmSteps::two_stages && !keeps_matrix;
+  if (evaluates_once ? trial_.begin_linearised(system, t, h, x) : trial_.begin(system, t, h, x)) {
+    if (!evaluates_once && !keeps_matrix) trial_.linearise(system, t, x);
+    return true;
+  }
+  failure_ = "the derivatives are not finite at t = " + std::to_string(t) + " s";
+  return false;
+}
+
+bool RosenbrockIntegrator::same_models(const OdeSystem& system, double h) const {
+  const auto awake = system.active_segments();
+  return h == kept_h_ && std::equal(awake.begin(), awake.end(), kept_segments_.begin(), kept_segments_.end());
+}
+
+bool RosenbrockIntegrator::step_calmly(OdeSystem& system, double t, double h, bool kept,
+                                       std::span<const double> x) {
+  const Outcome outcome =
+      kept ? trial_.two_stages_again(system, t, h, x) : trial_.two_stages(system, t, h, x);
+  const bool finite = outcome != Outcome::not_finite;
+  const bool follows = finite && remembers_ && same_models(system, h);
+  calm_ = finite &&
+          (trial_.error() <= kCalmError || (follows && trial_.error_by_change(system, x) <= kCalmChange)) &&
+          mode_ends_at(system, t + h) > 1.0;
+  if (calm_ || !kept) {
+    remembers_ = finite;
+    if (finite) trial_.remember();
+    const auto awake = system.active_segments();
+    kept_segments_.assign(awake.begin(), awake.end());
+    kept_h_ = h;
+  }
+  if (calm_) {
+    kept_steps_ = kept ? kept_steps_ - 1 : kKeptSteps;
+    return true;
+  }
+  ++statistics_.rejected_steps;
+  kept_steps_ = 0;
+  if (kept)
+    fresh_steps_ = kFreshSteps;
+  else if (follows || !finite)  // the next step has this one to compare with, if it had none
+    busy_steps_ = kBusySteps;
+  return calm_;
+}
+
+bool RosenbrockIntegrator::find_step(OdeSystem& system, double t, double whole_s, double& h, bool& mode_ends,
                                      std::span<double> x) {
   trial_.limit_times(after_, before_);
-  if (!trial_.begin(system, t, h, x)) {
-    failure_ = "the derivatives are not finite at t = " + std::to_string(t) + " s";
-    return false;
+  calm_ = false;
+  const bool try_calmly = calm_steps_ == CalmSteps::two_stages && whole_s > 0.0 && busy_steps_ == 0;
+  const bool kept = try_calmly && kept_steps_ > 0 && fresh_steps_ == 0 && same_models(system, whole_s);
+  if (try_calmly && fresh_steps_ > 0) --fresh_steps_;
+  if (!begin(system, t, h, kept, x)) return false;
+  if (try_calmly) {
+    mode_ends = false;
+    if (step_calmly(system, t, whole_s, kept, x)) return true;
+    if (kept) {
+      if (!begin(system, t, h, false, x)) return false;
+      if (step_calmly(system, t, whole_s, false, x)) return true;
+    }
   }
-  trial_.linearise(system, t, x);
+  kept_steps_ = 0;
+  if (whole_s > 0.0 && busy_steps_ > 0) --busy_steps_;
   int locating = 0;
   rejected_ = false;
   while (true) {
@@ -173,10 +238,13 @@ bool RosenbrockIntegrator::take_step(OdeSystem& system, double t, double h, std:
       // Two equal steps rather than a large and a tiny one.
       double size = step_ >= left ? left : (2.0 * step_ > left ? 0.5 * left : step_);
       bool mode_ends = false;
-      if (!find_step(system, now, size, mode_ends, x)) return false;
+      const bool whole = now == t && stop == end;
+      if (now == t && (!whole || busy_steps_ > 0)) remembers_ = false;
+      if (!find_step(system, now, whole ? h : 0.0, size, mode_ends, x)) return false;
+      if (calm_) size = left;
       for_each_active(system, [&](std::size_t i) { x[i] = trial_.new_x()[i]; });
       note_step(size);
-      next_size(size, size < step_);
+      if (!calm_) next_size(size, size < step_);
       now = size == left ? stop : now + size;
       if (mode_ends)
         switch_modes(system, now, x);

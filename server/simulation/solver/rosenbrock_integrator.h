@@ -9,6 +9,12 @@
 // modes, which cost some more attempts. The size of the next step is carried over from one communication step
 // to the next.
 //
+// CalmSteps::two_stages: where the error of ROS2 (rosenbrock_step.h) is a small share of the tolerance, that
+// method takes whole communication steps: two evaluations, two solutions, and one matrix for up to kKeptSteps
+// of them, as long as the same models are awake. Matrix and memory of earlier trials are discarded at
+// discontinuities and whenever the state is saved. Where a kept matrix fails, one of the step itself is tried; after
+// two failures in a row four stages serve for kBusySteps communication steps.
+//
 // The cost of a communication step is bounded: below the smallest step a step is accepted with any error
 // (SolverStatistics::forced_steps), which the secant Jacobian makes safe. Only derivatives that are not
 // finite are a failure.
@@ -23,9 +29,13 @@ class RosenbrockIntegrator final : public Integrator {
  public:
   static constexpr double kSmallestStep_s = 1e-6;
 
-  RosenbrockIntegrator(const SolverParameters& parameters, const OdeSystem& system);
-  void restart() override { restarted_ = true, step_ = 0.0; }
+  enum class CalmSteps : std::uint8_t { four_stages, two_stages };
+
+  RosenbrockIntegrator(const SolverParameters& parameters, const OdeSystem& system,
+                       CalmSteps calm_steps = CalmSteps::four_stages);
+  void restart() override { restarted_ = true, step_ = 0.0, forget(); }
   void reset() override;
+  void forget() override { kept_steps_ = busy_steps_ = fresh_steps_ = 0, remembers_ = false; }
   void save(StateWriter& out) const override;
   void load(StateReader& in) override;
   bool fixed_step() const override { return false; }
@@ -41,15 +51,31 @@ class RosenbrockIntegrator final : public Integrator {
   void switch_modes(OdeSystem& system, double t, std::span<double> x);
   /// Share of the trial step at which the first initial mode ends; above 1: all modes last.
   double mode_ends_at(OdeSystem& system, double t_end);
-  bool find_step(OdeSystem& system, double t, double& h, bool& mode_ends, std::span<double> x);
+  /// `whole_s`: the communication step, if all of it is left and no corner is within, else 0.
+  bool find_step(OdeSystem& system, double t, double whole_s, double& h, bool& mode_ends,
+                 std::span<double> x);
+  /// The derivatives at (t, x), and a new matrix unless it is kept.
+  bool begin(OdeSystem& system, double t, double h, bool keeps_matrix, std::span<const double> x);
+  /// As in the last trial by two stages.
+  bool same_models(const OdeSystem& system, double h) const;
+  /// Trial of the whole communication step by two stages. False: the motion is not calm.
+  bool step_calmly(OdeSystem& system, double t, double h, bool kept, std::span<const double> x);
 
   RosenbrockStep trial_;
+  CalmSteps calm_steps_;
   std::vector<double> indicators_, new_indicators_;
   double step_ = 0.0;        ///< proposal for the next step; 0: undefined
   double last_error_ = 1.0;  ///< of the last accepted step
   bool rejected_ = false;    ///< the present step was tried with a larger size
   bool restarted_ = true;
-  double after_, before_;  ///< f has corners there; it is evaluated between
+  bool calm_ = false;       ///< the present step was taken by two stages
+  bool remembers_ = false;  ///< the last trial by two stages was one communication step earlier
+  int busy_steps_ = 0;      ///< communication steps until two stages are tried again
+  int fresh_steps_ = 0;     ///< communication steps until a matrix is kept again
+  int kept_steps_ = 0;      ///< that the matrix of two stages may still serve
+  double kept_h_ = 0.0;     ///< of the last trial by two stages
+  std::vector<std::size_t> kept_segments_;  ///< awake segments at that time
+  double after_, before_;                   ///< f has corners there; it is evaluated between
 };
 
 }  // namespace takt

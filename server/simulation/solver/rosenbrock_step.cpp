@@ -15,6 +15,9 @@ const double kGammas[] = {1.0 - std::sqrt(0.5), 1.0 + std::sqrt(0.5)};
 // Share of the difference between ROS2 and Euler's method used as error estimate: the difference is Euler's
 // error; that of ROS2 is of the next order.
 constexpr double kOfEuler = 0.1;
+// Share of the change of that difference from one step to the next. The difference is h^2/2 times the second
+// derivative, its change h^3/2 times the third one, and h^3/6 times that more than the error of ROS2.
+constexpr double kOfChange = 1.0 / 3.0;
 
 template <class Visit>
 void for_each_active(const OdeSystem& system, const Visit& visit) {
@@ -35,7 +38,7 @@ RosenbrockStep::RosenbrockStep(const OdeSystem& system, double tolerance, Solver
       statistics_(statistics),
       scales_(static_cast<std::size_t>(system.state_count())) {
   system.state_scales(scales_);
-  for (auto* values : {&f0_, &rate_, &work_, &new_x_, &errors_, &u_[0], &u_[1], &u_[2], &u_[3]})
+  for (auto* values : {&f0_, &rate_, &work_, &new_x_, &errors_, &remembered_, &u_[0], &u_[1], &u_[2], &u_[3]})
     values->resize(scales_.size());
 }
 
@@ -47,9 +50,24 @@ bool RosenbrockStep::begin(OdeSystem& system, double t, double h, std::span<cons
   system.update_motion(clamped(t), x);
   system.hold_contacts(h);
   system.derivatives_at_motion(clamped(t), x, f0_);
+  return take_derivatives(system, t, x);
+}
+
+bool RosenbrockStep::take_derivatives(const OdeSystem& system, double t, std::span<const double> x) {
   ++statistics_.evaluations;
   if (!finite(system, f0_)) return false;
   system.time_derivative(clamped(t), x, rate_);
+  return true;
+}
+
+bool RosenbrockStep::begin_linearised(OdeSystem& system, double t, double h, std::span<const double> x) {
+  system.update_motion(clamped(t), x);
+  system.hold_contacts(h);
+  linear_.linearise_pairs(system, Linearisation::secant);
+  system.derivatives_at_motion(clamped(t), x, f0_);
+  if (!take_derivatives(system, t, x)) return false;
+  linear_.linearise_models(system, clamped(t), x);
+  ++statistics_.jacobians;
   return true;
 }
 
@@ -146,13 +164,24 @@ RosenbrockStep::Outcome RosenbrockStep::euler(OdeSystem& system, double h, std::
 }
 
 RosenbrockStep::Outcome RosenbrockStep::judge(const OdeSystem& system, std::span<const double> x) {
-  error_ = error_of(system, x);
+  error_ = error_of(system, x, errors_);
   if (!std::isfinite(error_)) return Outcome::not_finite;
   return error_ <= 1.0 ? Outcome::good : Outcome::too_large;
 }
 
+double RosenbrockStep::error_by_change(const OdeSystem& system, std::span<const double> x) {
+  for_each_active(system,
+                  [&](std::size_t i) { work_[i] = kOfChange / kOfEuler * (errors_[i] - remembered_[i]); });
+  return error_of(system, x, work_);
+}
+
+void RosenbrockStep::remember() {
+  remembered_ = errors_;
+}
+
 // The worst model counts: the number of other models in the cell must not loosen the tolerance.
-double RosenbrockStep::error_of(const OdeSystem& system, std::span<const double> x) const {
+double RosenbrockStep::error_of(const OdeSystem& system, std::span<const double> x,
+                                std::span<const double> errors) const {
   double worst = 0.0;
   for (const std::size_t s : system.active_segments()) {
     const OdeSystem::Segment& segment = system.segments()[s];
@@ -160,7 +189,7 @@ double RosenbrockStep::error_of(const OdeSystem& system, std::span<const double>
     double sum = 0.0;
     for (std::size_t i = segment.begin; i < segment.begin + segment.count; ++i) {
       const double size = std::max(std::abs(x[i]), std::abs(new_x_[i])) + scales_[i];
-      const double e = errors_[i] / (tolerance_ * size);
+      const double e = errors[i] / (tolerance_ * size);
       sum += e * e;
     }
     const double mean = sum / static_cast<double>(segment.count);

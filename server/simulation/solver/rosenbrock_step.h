@@ -4,7 +4,8 @@
 // another size only factorises again. Both methods keep their order with an A of an earlier step.
 //   ROS34PW2 (rosenbrock_tableau.h): four stages, order 3, error estimate of order 2.
 //   ROS2 (implicit_integrator.h): two stages, order 2; its error estimate is a tenth of the difference from
-//   x + h k1, which is of order 1.
+//   x + h k1, which is of order 1. Where trials of equal size follow one another, the change of that difference
+//   is an estimate of order 2.
 //   The linearly implicit method of Euler, (I - h A) k = f + h f_t, x + h k: order 1. It dissipates the
 //   energy of unresolved motion.
 #include <limits>
@@ -32,6 +33,8 @@ class RosenbrockStep {
   bool begin(OdeSystem& system, double t, double h, std::span<const double> x);
   /// A at (t, x), the point of the last begin().
   void linearise(OdeSystem& system, double t, std::span<const double> x);
+  /// begin() and linearise(), which evaluate surface contacts once.
+  bool begin_linearised(OdeSystem& system, double t, double h, std::span<const double> x);
   /// Trials from the point of the last begin(); the result is new_x().
   Outcome four_stages(OdeSystem& system, double t, double h, std::span<const double> x);
   Outcome two_stages(OdeSystem& system, double t, double h, std::span<const double> x);
@@ -43,17 +46,23 @@ class RosenbrockStep {
   const std::vector<double>& new_x() const { return new_x_; }
   /// Error of the last trial of two or four stages, in units of the tolerance.
   double error() const { return error_; }
+  /// Of the last trial of two stages from x, by how its difference from Euler's method differs from that of the
+  /// trial that was remembered, one step of the same size earlier: of order 2, so that steady acceleration has none.
+  double error_by_change(const OdeSystem& system, std::span<const double> x);
+  /// Remembers the last trial of two stages.
+  void remember();
 
  private:
-  double error_of(const OdeSystem& system, std::span<const double> x) const;
+  double error_of(const OdeSystem& system, std::span<const double> x, std::span<const double> errors) const;
   Outcome judge(const OdeSystem& system, std::span<const double> x);
   bool factorise(double a, double b);
+  bool take_derivatives(const OdeSystem& system, double t, std::span<const double> x);
 
   VelocitySystem linear_;
   double tolerance_;
   SolverStatistics& statistics_;
   std::vector<double> scales_;
-  std::vector<double> f0_, rate_, work_, new_x_, errors_;
+  std::vector<double> f0_, rate_, work_, new_x_, errors_, remembered_;
   std::vector<double> u_[4];
   double error_ = 0.0;
   double gamma_ = 0.0;  ///< of the last two_stages()

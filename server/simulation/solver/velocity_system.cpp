@@ -66,6 +66,11 @@ int VelocitySystem::unit_of(int body) const {
 
 void VelocitySystem::linearise(OdeSystem& system, double t, std::span<const double> x,
                                Linearisation of_friction) {
+  linearise_pairs(system, of_friction);
+  linearise_models(system, t, x);
+}
+
+void VelocitySystem::linearise_models(OdeSystem& system, double t, std::span<const double> x) {
   for (Unit& unit : units_) unit.active = false;
   for (const std::size_t i : system.active_segments()) {
     Unit& unit = units_[i];
@@ -75,7 +80,6 @@ void VelocitySystem::linearise(OdeSystem& system, double t, std::span<const doub
     else if (!unit.pattern.empty())
       unit.model->jacobian(t, x.data() + unit.begin, system.motion(), unit.values.data());
   }
-  system.linearise(of_friction, pairs_);
   std::erase_if(pairs_, [this](const PairLinearisation& pair) {
     return unit_of(pair.base) < 0 && unit_of(pair.target) < 0;
   });

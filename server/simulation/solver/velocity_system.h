@@ -37,6 +37,12 @@ class VelocitySystem {
   /// J at (t, x), the point of the system's last derivatives(). Models at rest (OdeSystem::set_awake) take no
   /// part: their entries of later right sides stay unchanged.
   void linearise(OdeSystem& system, double t, std::span<const double> x, Linearisation of_friction);
+  /// The same in two parts, the pairs at the system's present motion and the rest after derivatives() there:
+  /// surface contacts are then evaluated once for both.
+  void linearise_pairs(const OdeSystem& system, Linearisation of_friction) {
+    system.linearise(of_friction, pairs_);
+  }
+  void linearise_models(OdeSystem& system, double t, std::span<const double> x);
   /// Factorises a I - b J. May be repeated with other a and b. False if the matrix is singular.
   bool factorise(double a, double b);
   /// Solves in place. `rate_share`: how much of the rates of pair forces that moving bodies without states

@@ -414,13 +414,13 @@ bool Simulation::Impl::diverged(std::size_t state) {
   const std::string& solver = plant.solver().name;
   const bool explicit_at_dynamics =
       solver_is_explicit(solver) && !system().has_contacts() && plant.any_dynamic();
-  const bool at_contact = system().has_contacts() && solver != "rosenbrock";
+  const bool at_contact = system().has_contacts() && solver != "rosenbrock" && solver != kAutomaticSolver;
   fault = "the state diverged in the step from t = " + std::to_string(time()) +
           " s: " + plant.describe_state(state) + " (state " + std::to_string(state) +
           "); the last accepted state is kept. " +
           (explicit_at_dynamics ? "A smaller step may help, or solver.dynamics: {method: implicit}: explicit "
                                   "steps must be short where a dynamic robot holds what is heavy."
-           : at_contact ? "solver.contact: {method: rosenbrock} follows surface contact with error control."
+           : at_contact ? "solver.contact: {method: automatic} follows surface contact with error control."
                         : "A smaller step may help.");
   return fall_back();
 }
