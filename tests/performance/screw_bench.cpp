@@ -1,9 +1,13 @@
-// bench_screw [M8|M10|M12|M16|M20]...: nuts on their bolts at level of detail 3, beside the closed form of the
+// bench_screw order | [alone] [M8|M10|M12|M16|M20]...: nuts on their bolts at level of detail 3, beside the closed form of the
 // rigid screw. A nut that lies on the flanks of its bolt, 3 pitches above the head, turns by its weight with
 //   phi'' = g L / (I / m + h L),  h = lead / 2 pi,  L = r tan(lambda - atan(mu / cos 30 deg)),
 //   tan lambda = h / r,  r = d / 2 - 0.3248 pitch,
 // and does not turn if tan lambda <= mu / cos 30 deg. After 0.5 s: angle, travel against lead x angle, largest
-// penetration, computing time over simulated time. Bullet on the same meshes (GImpact) where it is installed.
+// penetration, computing time over simulated time. Bullet on the same meshes (GImpact) where it is installed, unless
+// `alone`.
+//
+// `order`: the error of the solvers that hold patches for steps and tolerances that get smaller, after 0.1 s without
+// friction, beside `cvode` with a tolerance of 1e-8, which searches at each evaluation.
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -40,7 +44,7 @@ struct Screw {
   }
 };
 
-void measure(int size, const std::string& friction_name, double share_of_limit, double friction,
+void measure(int size, const std::string& friction_name, double share_of_limit, double friction, bool alone,
              const std::string& law = "regularised") {
   const meshes::ScrewParameters p = meshes::iso_metric(size);
   const Screw screw{p.pitch, 0.5 * p.diameter - 0.3248 * p.pitch};
@@ -88,13 +92,50 @@ void measure(int size, const std::string& friction_name, double share_of_limit, 
   std::printf("M%-3d %6zu %6zu  %-11s %9.2f %9.2f %8s %9.2f %9.2f %9.2f", size, nut.triangles.size(),
               bolt.triangles.size(), friction_name.c_str(), turned.rad() * 180.0 / kPi,
               expected * 180.0 / kPi, error, 1e6 * beside_m, 1e6 * deepest_m, result.cpu_s / kDuration_s);
-  const bench::PeerRun peer = bench::run_bullet(scenario, 0.001);
+  const bench::PeerRun peer = alone ? bench::PeerRun{} : bench::run_bullet(scenario, 0.001);
   if (peer.done)
     std::printf("  %9.2f %9.2f", peer.turned_rad * 180.0 / kPi, peer.cpu_s / kDuration_s);
-  else
+  else if (!alone)
     std::printf("  Bullet %s", peer.why.c_str());
   std::printf("%s%s\n", result.fault.empty() ? "" : "  ", result.fault.c_str());
   std::fflush(stdout);
+}
+
+/// Angle (rad) of the M16 nut after 0.1 s.
+double turned(const std::vector<std::string>& solver, double& ratio) {
+  constexpr double kShort_s = 0.1;
+  ScenarioOptions options;
+  options.overrides = solver;
+  const Scenario scenario =
+      read_scenario(fs::path(TAKT_CONFIG_DIR) / "scenarios" / "contact" / "nut_runs_down.yaml", options);
+  const auto cell = build_cell(scenario);
+  Simulation simulation(cell);
+  HeadlessOptions run;
+  run.duration_s = kShort_s;
+  const HeadlessResult result = run_headless(simulation, scenario, run);
+  ratio = result.cpu_s / kShort_s;
+  const auto id = static_cast<std::size_t>(cell->description.find_component("Nut"));
+  const Mat3 R = result.final_state.components[id].q_WB.toRotationMatrix();
+  return std::atan2(R(1, 0), R(0, 0));
+}
+
+void measure_order() {
+  constexpr double kDegrees = 180.0 / kPi;
+  double ratio = 0.0;
+  const double reference = turned({"solver.method=cvode", "solver.tolerance=1e-8"}, ratio);
+  std::printf("%-12s %-10s %12s %12s %10s\n%-12s %-10s %12.5f %12s %10.2f\n", "solver", "step, tol.",
+              "turned deg", "error deg", "time/time", "cvode", "1e-8", reference * kDegrees, "", ratio);
+  const auto print = [&](const char* method, const char* key, const char* value) {
+    const double angle =
+        turned({std::string("solver.method=") + method, std::string(key) + "=" + value}, ratio);
+    std::printf("%-12s %-10s %12.5f %12.5f %10.2f\n", method, value, angle * kDegrees,
+                (angle - reference) * kDegrees, ratio);
+    std::fflush(stdout);
+  };
+  for (const char* step : {"0.002", "0.001", "0.0005", "0.00025", "0.000125"})
+    print("implicit", "solver.step_s", step);
+  for (const char* tolerance : {"1e-3", "1e-4", "1e-5", "1e-6"})
+    print("rosenbrock", "solver.tolerance", tolerance);
 }
 
 }  // namespace
@@ -102,15 +143,24 @@ void measure(int size, const std::string& friction_name, double share_of_limit, 
 
 int main(int argc, char** argv) {
   std::vector<int> sizes;
+  bool alone = false, order = false;
   for (int i = 1; i < argc; ++i) {
     const std::string word = argv[i];
+    alone = alone || word == "alone";
+    order = order || word == "order";
+    if (word == "alone" || word == "order") continue;
     try {
       sizes.push_back(word.size() > 1 && word[0] == 'M' ? std::stoi(word.substr(1)) : 0);
       takt::meshes::iso_metric(sizes.back());
     } catch (const std::exception&) {
-      std::fprintf(stderr, "bench_screw: found '%s'; allowed: M8, M10, M12, M16, M20\n", word.c_str());
+      std::fprintf(stderr, "bench_screw: found '%s'; allowed: order, alone, M8, M10, M12, M16, M20\n",
+                   word.c_str());
       return 2;
     }
+  }
+  if (order) {
+    takt::measure_order();
+    return 0;
   }
   if (sizes.empty()) sizes = {8, 12, 16, 20};
   std::printf(
@@ -124,10 +174,10 @@ int main(int argc, char** argv) {
       for (const double friction : {0.0, 0.01, 0.02}) {
         char name[16];
         std::snprintf(name, sizeof(name), "%.2f", friction);
-        takt::measure(size, name, 0.0, friction);
+        takt::measure(size, name, 0.0, friction, alone);
       }
-      takt::measure(size, "0.9 limit", 0.9, 0.0);
-      takt::measure(size, "1.1, stick", 1.1, 0.0, "stick");
+      takt::measure(size, "0.9 limit", 0.9, 0.0, alone);
+      takt::measure(size, "1.1, stick", 1.1, 0.0, alone, "stick");
     }
   } catch (const std::exception& error) {
     std::fprintf(stderr, "bench_screw: %s\n", error.what());

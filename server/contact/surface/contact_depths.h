@@ -23,9 +23,10 @@ class ContactDepths {
 
   /// Call after every rebuild of the lists.
   void prepare(const ContactCandidates& lists);
-  /// `X_BT`: pose of the Target in the Base, the inverse of X_TB.
+  /// `X_BT`: pose of the Target in the Base, the inverse of X_TB. `travelled_m`: grows from call to call by no less
+  /// than any point of the Base moves.
   void find(const ContactSurface::Data& base, const ContactSurface::Data& target,
-            const ContactCandidates& lists, const Pose& X_TB, const Pose& X_BT);
+            const ContactCandidates& lists, const Pose& X_TB, const Pose& X_BT, double travelled_m);
 
   /// Without hits: the motion (m) below which there can be no hit; 0: unknown.
   double quiet_m() const { return hit_count_ > 0 ? 0.0 : quiet_m_; }
@@ -45,11 +46,21 @@ class ContactDepths {
   }
 
  private:
+  /// The patch that has the closest point of an element that is listed with faces of several patches.
+  struct Stay {
+    double until_m = -1.0;  ///< travelled length up to which it has it, and not on its border
+    std::int32_t plane = -1;
+    /// Calls between attempts to bound the length, until the next one, and that the last length has served.
+    std::uint16_t wait = 0, left = 0, served = 0;
+  };
+
   void find_single(const ContactSurface::Data& base, const ContactSurface::Data& target,
-                   const ContactCandidates& lists, const ContactCandidates::Single& single, const Pose& X_TB,
-                   const Pose& X_BT, double moved_m);
+                   const ContactCandidates& lists, std::size_t number, const Pose& X_TB, const Pose& X_BT,
+                   double moved_m, double travelled_m);
+  void put_below(std::size_t slot, std::int32_t plane, const Vec3& p);
 
   std::vector<Plane> planes_;
+  std::vector<Stay> stays_;          ///< of the singles
   std::vector<double> group_depth_;  ///< of the plane groups' elements
   // Per slot; zero depth: not hit.
   std::vector<double> depth_;

@@ -24,8 +24,9 @@ constexpr double kHigh_m = 1e-6;
 /// A search for a region costs as much as this many visits without one; where regions do not last, visits
 /// between searches double up to a limit.
 constexpr std::uint32_t kWorth = 4, kLongestWait = 1U << 14U;
-/// Of faces in contact to each other, as far as a motion beside both is followed.
-constexpr double kInclined = 0.05;
+/// Of faces in contact to each other, along a motion beside both, and the faces of the Target after which the
+/// inclination has another sign.
+constexpr double kInclined = 0.05, kInclinedFaces = 2.5;
 /// Rounding of lengths.
 constexpr double kSlack_m = 1e-8;
 
@@ -321,7 +322,7 @@ bool ContactSearch::use_lists(Open& open, const ContactCluster& cluster, const P
 
 void ContactSearch::add_from_lists(Open& open, State& state) {
   const ContactCandidates& lists = open.lists;
-  open.depths.find(base_, target_, lists, X_TB_, X_BT_);
+  open.depths.find(base_, target_, lists, X_TB_, X_BT_, travelled_m_);
   if (open.depths.hits().empty()) {
     const double quiet_m = std::min(0.999 * open.depths.quiet_m(), lists.bound_m() - lists.moved_m(X_TB_));
     if (quiet_m > 0.0) state.quiet_until_m = travelled_m_ + quiet_m;
@@ -364,39 +365,63 @@ void ContactSearch::add_from_faces(const ContactCluster& cluster, State& state) 
 void ContactSearch::find(const HeldMotion& motion, HeldPatch& patch) const {
   patch.clear();
   if (base_.clusters.empty()) return;
+  HeldPath path;
+  const double piece_s = motion.horizon_s / static_cast<double>(motion.pieces);
+  for (std::size_t i = 0; i <= motion.pieces; ++i)
+    path.X_TB[i] = motion.pose(static_cast<double>(i) * piece_s, base_.box.center_B);
   const Mat3 R_BT = motion.X_TB.R.transpose();
-  Twist path_B;
-  path_B.w = motion.horizon_s * (R_BT * motion.w_T);
-  path_B.v = motion.horizon_s * (R_BT * motion.v_T) - path_B.w.cross(base_.box.center_B);
-  visit(0, motion, path_B, patch);
+  path.way_B.w = motion.horizon_s * (R_BT * motion.w_T);
+  path.way_B.v = motion.horizon_s * (R_BT * motion.v_T) - path.way_B.w.cross(base_.box.center_B);
+  path.pieces = motion.pieces;
+  path.margin_m = motion.margin_m;
+  path.most_inclined_m = kInclinedFaces * target_.face_size_m();
+  visit(0, path, patch);
 }
 
-void ContactSearch::visit(std::size_t index, const HeldMotion& motion, const Twist& path_B,
-                          HeldPatch& patch) const {
+void ContactSearch::visit(std::size_t index, const HeldPath& path, HeldPatch& patch) const {
   const ContactCluster& cluster = base_.clusters[index];
-  const double longest_m = path_B.at(cluster.center_B).norm() + path_B.w.norm() * cluster.radius_m;
-  const double clear_m = target_.octree.at_least_m(motion.X_TB * cluster.center_B) - cluster.radius_m;
-  if (clear_m > longest_m + motion.margin_m) return;
+  const Pose& X_TB = path.X_TB.front();
+  // Surfaces that touch face each other: an element comes closer along its own normal, and by what the Target's
+  // faces are inclined to it.
+  const auto reach_m = [&path](double closer_m, double way_m) {
+    return path.margin_m + std::max(0.0, closer_m) + kInclined * std::min(way_m, path.most_inclined_m);
+  };
+  const Vec3 way_of_center_B = path.way_B.at(cluster.center_B);
+  const double differs_m = path.way_B.w.norm() * cluster.radius_m;
+  const double longest_m = way_of_center_B.norm() + differs_m;
+  const double cone_sin = std::sqrt(std::max(0.0, 1.0 - cluster.cone_cos * cluster.cone_cos));
+  const double closer_m = cluster.cone_cos > 0.0
+                              ? way_of_center_B.dot(cluster.axes_B.col(2)) + way_of_center_B.norm() * cone_sin
+                              : way_of_center_B.norm();
+  const double clear_m = target_.octree.at_least_m(X_TB * cluster.center_B) - cluster.radius_m;
+  if (clear_m > reach_m(closer_m + differs_m, longest_m)) return;
   if (cluster.second >= 0) {
-    visit(index + 1, motion, path_B, patch);
-    return visit(static_cast<std::size_t>(cluster.second), motion, path_B, patch);
+    visit(index + 1, path, patch);
+    return visit(static_cast<std::size_t>(cluster.second), path, patch);
   }
   const std::size_t count = cluster.end - cluster.begin;
-  std::array<ElementPath, kLeaf> paths;
-  std::array<FaceStrip, kLeaf> strips;
+  std::array<ElementPath, kLeaf> elements;
+  std::array<std::int32_t, kLeaf> faces;
   for (std::size_t i = 0; i < count; ++i) {
     const std::size_t e = cluster.begin + i;
-    ElementPath& path = paths[i];
-    path.p_B = base_.point(e);
-    path.path_B = path_B.at(path.p_B);
-    // Surfaces that touch face each other: an element comes closer along its own normal, and by what the
-    // Target's faces are inclined to it.
-    path.reach_m =
-        motion.margin_m + std::max(0.0, path.path_B.dot(base_.normal(e))) + kInclined * path.path_B.norm();
+    elements[i].p_B = base_.point(e);
+    const Vec3 way_B = path.way_B.at(elements[i].p_B);
+    elements[i].reach_m = reach_m(way_B.dot(base_.normal(e)), way_B.norm());
   }
-  find_strips(target_, motion.X_TB, {paths.data(), count}, motion.margin_m, {strips.data(), count});
-  for (std::size_t i = 0; i < count; ++i)
-    if (strips[i].near) patch.add(static_cast<std::int32_t>(cluster.begin + i), strips[i]);
+  find_nearest(target_, X_TB, {elements.data(), count}, {faces.data(), count});
+  FaceStrip strip;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (faces[i] < 0) continue;
+    const std::size_t e = cluster.begin + i;
+    Vec3 x_T = X_TB * elements[i].p_B;
+    for (std::size_t piece = 0; piece < path.pieces; ++piece) {
+      const Vec3 next_T = path.X_TB[piece + 1] * elements[i].p_B;
+      follow_path(target_, x_T, next_T - x_T, path.margin_m, faces[i], strip);
+      if (strip.least_m <= path.margin_m)
+        patch.add(piece, static_cast<std::int32_t>(e), elements[i].p_B, base_.area_m2[e], strip);
+      x_T = next_T;
+    }
+  }
 }
 
 }  // namespace takt

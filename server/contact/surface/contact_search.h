@@ -7,6 +7,7 @@
 //
 // Regions and lists change no bit: depths below a patch are always computed from its plane in the frame of the Base,
 // and where rounding might decide between two faces the faces themselves are tested.
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -55,6 +56,13 @@ class ContactSearch {
     std::uint32_t wait = 0;       ///< visits before the next one
   };
 
+  /// A held motion in pieces.
+  struct HeldPath {
+    std::array<Pose, HeldPatch::kPieces + 1> X_TB;  ///< at the ends of the pieces
+    Twist way_B;                                    ///< displacement of points of the Base, of first order
+    std::size_t pieces = 1;
+    double margin_m = 0.0, most_inclined_m = 0.0;
+  };
   void visit(std::size_t index, const Planes* from);
   bool region_pays(State& state) const;
   void look(std::size_t index, bool leaf);
@@ -65,7 +73,7 @@ class ContactSearch {
   void add_from_lists(Open& open, State& state);
   void add_from_faces(const ContactCluster& cluster, State& state);
   void travel(const Pose& X_TB);
-  void visit(std::size_t index, const HeldMotion& motion, const Twist& path_B, HeldPatch& patch) const;
+  void visit(std::size_t index, const HeldPath& path, HeldPatch& patch) const;
   void make_room(std::size_t count);
 
   const ContactSurface::Data& base_;

@@ -9,25 +9,30 @@
 
 namespace takt {
 
+/// A piece of a path.
 struct FaceStrip {
   static constexpr std::size_t kPlanes = 6;
-  bool near = false;  ///< on its way the element is inside, or no further outside than its margin
-  std::array<Vec3, kPlanes> normal_T;
-  std::array<double, kPlanes> offset_m{};
+  double least_m = 0.0;  ///< least height of the element on its way
+  std::size_t planes = 0;
+  std::array<const ContactPatch*, kPlanes> plane;
   /// From the plane before: 1 at a convex edge, beyond which this plane is the higher one, -1 at an edge that
-  /// goes inwards, beyond which it is the lower one, 0 where there is no further plane.
-  std::array<double, kPlanes> side{};
+  /// goes inwards, beyond which it is the lower one, 0 of the first plane.
+  std::array<double, kPlanes> side;
 };
 
 /// An element of the Base at the start of its path.
 struct ElementPath {
   Vec3 p_B;
-  Vec3 path_B = Vec3::Zero();  ///< of a straight motion relative to the Target (m)
-  double reach_m = 0.0;        ///< Targets further away than this at the start are not near
+  double reach_m = 0.0;  ///< Targets further away than this at the start are not near
 };
 
-/// Strips of at most FaceOctree::kBatch elements at one pose. `margin_m`: see FaceStrip::near.
-void find_strips(const ContactSurface::Data& target, const Pose& X_TB, std::span<const ElementPath> elements,
-                 double margin_m, std::span<FaceStrip> strips);
+/// Faces of the Target that are closest to at most FaceOctree::kBatch elements at one pose; -1: none is near.
+void find_nearest(const ContactSurface::Data& target, const Pose& X_TB, std::span<const ElementPath> elements,
+                  std::span<std::int32_t> faces);
+
+/// The strip of a straight piece of a path, from x_T to x_T + path_T, and of as much as `beside_m` before and
+/// behind it. `face`: the closest one where the strip begins, then the one where the next piece's begins.
+void follow_path(const ContactSurface::Data& target, const Vec3& x_T, const Vec3& path_T, double beside_m,
+                 std::int32_t& face, FaceStrip& strip);
 
 }  // namespace takt

@@ -2,13 +2,102 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+
+#include "server/contact/surface/simd4.h"
 
 namespace takt {
+namespace {
+
+using simd4::V4;
+using simd4::V4x3;
+using Rows = ElementRows;
+static_assert(HeldPatch::kLanes * sizeof(double) == sizeof(V4));
+
+struct Transform {
+  double R[3][3], p[3];
+  explicit Transform(const Pose& X) {
+    for (int i = 0; i < 3; ++i) {
+      p[i] = X.p[i];
+      for (int j = 0; j < 3; ++j) R[i][j] = X.R(i, j);
+    }
+  }
+};
+
+TAKT_LANE_INLINE void turn(const Transform& X, const V4x3& a, V4x3& to) {
+  to.x = X.R[0][0] * a.x + X.R[0][1] * a.y + X.R[0][2] * a.z;
+  to.y = X.R[1][0] * a.x + X.R[1][1] * a.y + X.R[1][2] * a.z;
+  to.z = X.R[2][0] * a.x + X.R[2][1] * a.y + X.R[2][2] * a.z;
+}
+
+TAKT_LANE_INLINE void load(const HeldPatch::Plane& plane, V4x3& normal, V4& offset) {
+  simd4::load(plane.x.data(), plane.y.data(), plane.z.data(), normal);
+  simd4::load(plane.offset_m.data(), offset);
+}
+
+/// Puts the packs with an element inside into the rows, and returns the number of their elements.
+TAKT_LANE_VARIANTS std::size_t fill_packs(const HeldPatch::Pack* packs, std::size_t count,
+                                          const HeldPatch::Plane* all_planes, const Transform& X_TB,
+                                          const Transform& X_BT, ElementRows& rows, std::int32_t* elements) {
+  const V4 zero{};
+  double *const px = rows[Rows::kPx], *const py = rows[Rows::kPy], *const pz = rows[Rows::kPz];
+  double *const nx = rows[Rows::kNx], *const ny = rows[Rows::kNy], *const nz = rows[Rows::kNz];
+  double *const area = rows[Rows::kArea], *const depth = rows[Rows::kDepth];
+  std::size_t out = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const HeldPatch::Pack& pack = packs[i];
+    V4x3 p, x, normal, n;
+    V4 offset, height, side;
+    simd4::load(pack.x.data(), pack.y.data(), pack.z.data(), p);
+    turn(X_TB, p, x);
+    x.x += X_TB.p[0], x.y += X_TB.p[1], x.z += X_TB.p[2];
+    const HeldPatch::Plane* planes = all_planes + pack.first;
+    load(planes[0], normal, offset);
+    simd4::dot(normal, x, height);
+    height -= offset;
+    // An edge is passed where the planes beside it have the same height, and those before it are passed.
+    V4 before = height;
+    auto on = zero == zero;
+    for (std::uint32_t k = 1; k < pack.planes; ++k) {
+      V4 h;
+      load(planes[k], n, offset);
+      simd4::load(planes[k].side.data(), side);
+      simd4::dot(n, x, h);
+      h -= offset;
+      on &= side * (h - before) > 0.0;
+      before = h;
+      height = on ? h : height;
+      normal.x = on ? n.x : normal.x, normal.y = on ? n.y : normal.y, normal.z = on ? n.z : normal.z;
+    }
+    const auto inside = height < 0.0;
+    if ((inside[0] | inside[1] | inside[2] | inside[3]) == 0) continue;
+    turn(X_BT, normal, n);
+    simd4::store(p.x, px + out), simd4::store(p.y, py + out), simd4::store(p.z, pz + out);
+    simd4::store(-n.x, nx + out), simd4::store(-n.y, ny + out), simd4::store(-n.z, nz + out);
+    simd4::store(inside ? -height : zero, depth + out);
+    std::memcpy(area + out, pack.area_m2.data(), sizeof pack.area_m2);
+    std::memcpy(elements + out, pack.element.data(), sizeof pack.element);
+    out += HeldPatch::kLanes;
+  }
+  return out;
+}
+
+}  // namespace
+
+Pose HeldMotion::pose(double t, const Vec3& center_B) const {
+  const double angle = t * w_T.norm();
+  Pose X = X_TB;
+  if (angle > 0.0) X.R = Eigen::AngleAxisd(angle, w_T.normalized()).toRotationMatrix() * X_TB.R;
+  X.p = X_TB * center_B + t * v_T - X.R * center_B;
+  return X;
+}
 
 double HeldMotion::beside_m(const Pose& X_TB_now, const Vec3& center_B, double radius_m, double& at_s) const {
   const Mat3 turned = X_TB_now.R * X_TB.R.transpose();
-  const Vec3 angle(0.5 * (turned(2, 1) - turned(1, 2)), 0.5 * (turned(0, 2) - turned(2, 0)),
-                   0.5 * (turned(1, 0) - turned(0, 1)));
+  Vec3 angle(0.5 * (turned(2, 1) - turned(1, 2)), 0.5 * (turned(0, 2) - turned(2, 0)),
+             0.5 * (turned(1, 0) - turned(0, 1)));
+  const double sine = angle.norm(), cosine = 0.5 * (turned.trace() - 1.0);
+  if (sine > 0.0) angle *= std::atan2(sine, cosine) / sine;
   const Vec3 moved = X_TB_now * center_B - X_TB * center_B;
   const double squared_radius = radius_m * radius_m;
   const double speed2 = v_T.squaredNorm() + squared_radius * w_T.squaredNorm();
@@ -18,68 +107,44 @@ double HeldMotion::beside_m(const Pose& X_TB_now, const Vec3& center_B, double r
 }
 
 void HeldPatch::clear() {
-  elements_.clear();
-  counts_.clear();
-  for (auto& plane : planes_)
-    for (auto& row : plane) row.clear();
+  for (Piece& piece : pieces_) piece.size = 0, piece.packs.clear(), piece.planes.clear();
 }
 
-void HeldPatch::add(std::int32_t element, const FaceStrip& strip) {
-  if (elements_.size() % kBlock == 0) counts_.push_back(1);
-  elements_.push_back(element);
-  std::uint8_t planes = 1;
-  while (planes < FaceStrip::kPlanes && strip.side[planes] != 0.0) ++planes;
-  counts_.back() = std::max(counts_.back(), planes);
-  for (std::size_t i = 0; i < FaceStrip::kPlanes; ++i) {
-    planes_[i][kX].push_back(strip.normal_T[i].x());
-    planes_[i][kY].push_back(strip.normal_T[i].y());
-    planes_[i][kZ].push_back(strip.normal_T[i].z());
-    planes_[i][kOffset].push_back(strip.offset_m[i]);
-    planes_[i][kSide].push_back(strip.side[i]);
+void HeldPatch::add(std::size_t piece, std::int32_t element, const Vec3& p_B, double area_m2,
+                    const FaceStrip& strip) {
+  Piece& here = pieces_[piece];
+  const std::size_t lane = here.size % kLanes;
+  if (lane == 0) {
+    here.packs.emplace_back();
+    here.packs.back().first = static_cast<std::uint32_t>(here.planes.size());
+  }
+  ++here.size;
+  Pack& pack = here.packs.back();
+  pack.element[lane] = element;
+  pack.x[lane] = p_B.x(), pack.y[lane] = p_B.y(), pack.z[lane] = p_B.z();
+  pack.area_m2[lane] = area_m2;
+  for (std::size_t i = 0; i < strip.planes; ++i) {
+    if (i == pack.planes) here.planes.emplace_back(), ++pack.planes;
+    Plane& plane = here.planes[pack.first + i];
+    const ContactPatch& own = *strip.plane[i];
+    plane.x[lane] = own.normal.x(), plane.y[lane] = own.normal.y(), plane.z[lane] = own.normal.z();
+    plane.offset_m[lane] = own.offset_m;
+    plane.side[lane] = strip.side[i];
   }
 }
 
-void HeldPatch::fill(const Pose& X_TB, const Pose& X_BT, ElementRows& rows) const {
-  using R = ElementRows;
-  using Lane = std::array<double, kBlock>;
-  const Mat3 &a = X_TB.R, &r = X_BT.R;
-  const Vec3& shift = X_TB.p;
-  for (std::size_t block = 0; block < counts_.size(); ++block) {
-    const std::size_t begin = block * kBlock, count = std::min(kBlock, size() - begin);
-    const double *px = rows[R::kPx] + begin, *py = rows[R::kPy] + begin, *pz = rows[R::kPz] + begin;
-    Lane x, y, z, tx, ty, tz, height, before, on;
-    const auto row = [&](std::size_t plane, Row which) { return planes_[plane][which].data() + begin; };
-    const double *nx = row(0, kX), *ny = row(0, kY), *nz = row(0, kZ), *offset = row(0, kOffset);
-    for (std::size_t i = 0; i < count; ++i) {
-      x[i] = a(0, 0) * px[i] + a(0, 1) * py[i] + a(0, 2) * pz[i] + shift.x();
-      y[i] = a(1, 0) * px[i] + a(1, 1) * py[i] + a(1, 2) * pz[i] + shift.y();
-      z[i] = a(2, 0) * px[i] + a(2, 1) * py[i] + a(2, 2) * pz[i] + shift.z();
-      tx[i] = nx[i], ty[i] = ny[i], tz[i] = nz[i];
-      before[i] = height[i] = nx[i] * x[i] + ny[i] * y[i] + nz[i] * z[i] - offset[i];
-      on[i] = 1.0;
-    }
-    // An edge is passed where the planes beside it have the same height, and those before it are passed.
-    for (std::size_t plane = 1; plane < counts_[block]; ++plane) {
-      nx = row(plane, kX), ny = row(plane, kY), nz = row(plane, kZ), offset = row(plane, kOffset);
-      const double* side = row(plane, kSide);
-      for (std::size_t i = 0; i < count; ++i) {
-        const double h = nx[i] * x[i] + ny[i] * y[i] + nz[i] * z[i] - offset[i];
-        const bool passed = on[i] * side[i] * (h - before[i]) > 0.0;
-        on[i] = passed ? 1.0 : 0.0;
-        before[i] = h;
-        height[i] = passed ? h : height[i];
-        tx[i] = passed ? nx[i] : tx[i], ty[i] = passed ? ny[i] : ty[i], tz[i] = passed ? nz[i] : tz[i];
-      }
-    }
-    double *mx = rows[R::kNx] + begin, *my = rows[R::kNy] + begin, *mz = rows[R::kNz] + begin;
-    double* depth = rows[R::kDepth] + begin;
-    for (std::size_t i = 0; i < count; ++i) {
-      mx[i] = -(r(0, 0) * tx[i] + r(0, 1) * ty[i] + r(0, 2) * tz[i]);
-      my[i] = -(r(1, 0) * tx[i] + r(1, 1) * ty[i] + r(1, 2) * tz[i]);
-      mz[i] = -(r(2, 0) * tx[i] + r(2, 1) * ty[i] + r(2, 2) * tz[i]);
-      depth[i] = height[i] < 0.0 ? -height[i] : 0.0;
-    }
-  }
+void HeldPatch::fill(std::size_t piece, const Pose& X_TB, const Pose& X_BT, ElementRows& rows,
+                     std::vector<std::int32_t>& elements) const {
+  const Piece& here = pieces_[piece];
+  const std::size_t room = here.packs.size() * kLanes;
+  rows.resize(room);
+  elements.resize(room);
+  std::size_t count = fill_packs(here.packs.data(), here.packs.size(), here.planes.data(), Transform(X_TB),
+                                 Transform(X_BT), rows, elements.data());
+  // The last pack may have fewer elements.
+  if (count > 0 && elements[count - kLanes] == here.packs.back().element[0]) count -= room - here.size;
+  elements.resize(count);
+  rows.resize(count);
 }
 
 }  // namespace takt

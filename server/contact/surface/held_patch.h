@@ -1,11 +1,13 @@
 #pragma once
-// The elements of the Base that are or come into contact during a straight motion relative to the Target, each
-// with the strip of the Target's faces along its path (FaceStrip). Near the motion, depths and normals follow
-// from the planes of the strips, without a search: "lagged geometry" (Masterjohn, Guoy, Shepherd, Castro:
-// Velocity level approximation of pressure field contact patches, IEEE RA-L 2022) that the motion is known to.
+// The elements of the Base that are or come into contact during a motion relative to the Target, each with the
+// strip of the Target's faces along its path (FaceStrip). Near the motion, depths and normals follow from the
+// planes of the strips, without a search: "lagged geometry" (Masterjohn, Guoy, Shepherd, Castro: Velocity level
+// approximation of pressure field contact patches, IEEE RA-L 2022) that the motion is known to.
+//
+// The motion is divided into pieces of about a face of the Target. Each piece has its own elements and planes: an
+// evaluation visits few.
 #include <array>
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include "server/contact/surface/contact_elements.h"
@@ -13,35 +15,58 @@
 
 namespace takt {
 
-/// A straight motion of the Base relative to the Target, from X_TB on: velocities of the box's centre and of
+/// A motion of the Base relative to the Target with constant velocities, from X_TB on: of the box's centre and of
 /// turning, axes of the Target.
 struct HeldMotion {
   Pose X_TB;
   Vec3 v_T = Vec3::Zero(), w_T = Vec3::Zero();
   double horizon_s = 0.0;  ///< its length in time
   double margin_m = 0.0;   ///< how far points of the Base may be beside it
+  std::size_t pieces = 1;  ///< of equal length, at most HeldPatch::kPieces
 
+  /// After the time t. `center_B`: the box's centre.
+  Pose pose(double t, const Vec3& center_B) const;
   /// Upper bound of the distance of any point of the Base at another pose from its path (m), and when it is
   /// closest to it (s). `radius_m`: of the sphere about `center_B` around the Base.
   double beside_m(const Pose& X_TB_now, const Vec3& center_B, double radius_m, double& at_s) const;
+  std::size_t piece(double at_s) const {
+    const double share = at_s / horizon_s;
+    return std::min(pieces - 1, static_cast<std::size_t>(share * static_cast<double>(pieces)));
+  }
 };
 
 class HeldPatch {
  public:
+  static constexpr std::size_t kPieces = 12;
   void clear();
-  void add(std::int32_t element, const FaceStrip& strip);
-  std::size_t size() const { return elements_.size(); }
-  std::span<const std::int32_t> elements() const { return elements_; }  ///< in the order of add()
-  /// Normals (into the Target, axes of the Base) and depths (0: outside) at this pose; the rows have the
-  /// elements of the patch, with their centroids.
-  void fill(const Pose& X_TB, const Pose& X_BT, ElementRows& rows) const;
+  /// In the order of the elements. `p_B`, `area_m2`: centroid and area.
+  void add(std::size_t piece, std::int32_t element, const Vec3& p_B, double area_m2, const FaceStrip& strip);
+  /// Fills the rows with the elements that may be in contact at a pose near this piece: centroids, areas, normals
+  /// (into the Target, axes of the Base) and depths (0: outside); and `elements` with their numbers, in the order
+  /// of add().
+  void fill(std::size_t piece, const Pose& X_TB, const Pose& X_BT, ElementRows& rows,
+            std::vector<std::int32_t>& elements) const;
+
+  static constexpr std::size_t kLanes = 4;
+  using Lanes = std::array<double, kLanes>;
+  /// Elements that are computed together.
+  struct Pack {
+    Lanes x{}, y{}, z{}, area_m2{};
+    std::array<std::int32_t, kLanes> element{};
+    std::uint32_t first = 0, planes = 0;  ///< its planes in the list of the piece
+  };
+  /// Of each element of a pack one plane of its strip. Side 0: the element has no further plane.
+  struct Plane {
+    Lanes x{}, y{}, z{}, offset_m{}, side{};
+  };
 
  private:
-  enum Row : std::size_t { kX, kY, kZ, kOffset, kSide, kRows };  ///< of one plane
-  static constexpr std::size_t kBlock = 32;
-  std::vector<std::int32_t> elements_;
-  std::array<std::array<std::vector<double>, kRows>, FaceStrip::kPlanes> planes_;
-  std::vector<std::uint8_t> counts_;  ///< of each block of elements: the most planes that one of them has
+  struct Piece {
+    std::size_t size = 0;
+    std::vector<Pack> packs;
+    std::vector<Plane> planes;
+  };
+  std::array<Piece, kPieces> pieces_;
 };
 
 }  // namespace takt

@@ -13,10 +13,12 @@
 namespace takt {
 namespace {
 
-/// A patch is held for a path of so many faces of the Target, and for this time at most.
-constexpr double kHeldFaces = 2.5, kLongestHeld_s = 0.01;
-/// Points of the Base are beside a held motion by no more than such an acceleration takes them, or a least way.
-constexpr double kUnforeseen_m_per_s2 = 0.5, kLeastMargin_m = 1e-6;
+/// A patch is held for a path of so many faces of the Target, for this time and angle at most: its pieces are
+/// straight. A piece of it is as long as so many faces.
+constexpr double kHeldFaces = 12.0, kLongestHeld_s = 0.01, kPieceFaces = 1.0, kMostTurn_rad = 0.3;
+/// Points of the Base are beside a held motion by no more than such an acceleration takes them, within a least way
+/// and a share of a face.
+constexpr double kUnforeseen_m_per_s2 = 0.5, kLeastMargin_m = 1e-6, kMarginFaces = 0.05;
 
 Mat3 cross_matrix(const Vec3& a) {
   Mat3 m;
@@ -43,6 +45,11 @@ void move_to_target(const Pose& X_TB, Mat6& m) {
   m.topRightCorner<3, 3>() = b;
   m.bottomLeftCorner<3, 3>() = c + product(lever, a);
   m.bottomRightCorner<3, 3>() = d + product(lever, b);
+}
+
+bool same_bits(const Pose& a, const Pose& b) {
+  static_assert(sizeof(Pose) == 12 * sizeof(double));
+  return std::memcmp(static_cast<const void*>(&a), static_cast<const void*>(&b), sizeof(a)) == 0;
 }
 
 }  // namespace
@@ -78,6 +85,9 @@ struct PolygonalContact::Impl {
   RelativeMotion held_from;
   bool holds = false;
   bool rows_held = false;  ///< the rows are of the patch
+  /// The rows are those of this pose: a linearisation follows an evaluation.
+  bool rows_known = false;
+  Pose rows_at;
 
   Impl(std::shared_ptr<const ContactSurface> b, std::shared_ptr<const ContactSurface> t, const ContactLaw& l)
       : base_surface(std::move(b)),
@@ -93,7 +103,7 @@ struct PolygonalContact::Impl {
   ContactSearch& begin_search() { return search ? *search : search.emplace(base, target); }
   bool boxes_apart(const Pose& X_TB) const;
   void start_holding(const RelativeMotion& motion);
-  bool held_covers(const Pose& X_TB, double next_s, double share) const;
+  bool held_covers(const Pose& X_TB, double next_s, double share, double& at_s) const;
   std::size_t find_elements(const RelativeMotion& motion, Twist& V_B);
   void set_elements(std::span<const std::int32_t> elements);
   void fill_found();
@@ -175,9 +185,9 @@ void PolygonalContact::Impl::add_bends(ElementDetail detail, Mat6& K) const {
   }
 }
 
-bool PolygonalContact::Impl::held_covers(const Pose& X_TB, double next_s, double share) const {
+/// `at_s`: when the held motion is closest to the pose.
+bool PolygonalContact::Impl::held_covers(const Pose& X_TB, double next_s, double share, double& at_s) const {
   if (!holds) return false;
-  double at_s = 0.0;
   const double beside_m = held.beside_m(X_TB, base.box.center_B, base.radius_m, at_s);
   return beside_m <= share * held.margin_m && at_s + next_s <= held.horizon_s;
 }
@@ -185,19 +195,23 @@ bool PolygonalContact::Impl::held_covers(const Pose& X_TB, double next_s, double
 /// Number of elements that penetrate or are held; their rows are filled.
 std::size_t PolygonalContact::Impl::find_elements(const RelativeMotion& motion, Twist& V_B) {
   const Pose X_BT = motion.X_TB.inverse();
-  rows_held = held_covers(motion.X_TB, 0.0, 1.0);
-  if (rows_held) {
-    if (patch.size() == 0) return 0;
-    set_elements(patch.elements());
-    patch.fill(motion.X_TB, X_BT, rows);
-  } else {
-    if (boxes_apart(motion.X_TB)) return 0;
-    ++counts.searches;
-    counts.rebuilds += begin_search().find(motion.X_TB, X_BT) ? 1 : 0;
-    if (search->elements().empty()) return 0;
-    set_elements(search->elements());
-    fill_found();
+  if (!(rows_known && same_bits(motion.X_TB, rows_at))) {
+    rows_known = false;
+    double at_s = 0.0;
+    rows_held = held_covers(motion.X_TB, 0.0, 1.0, at_s);
+    if (rows_held) {
+      patch.fill(held.piece(at_s), motion.X_TB, X_BT, rows, filled);
+    } else {
+      if (boxes_apart(motion.X_TB)) return 0;
+      ++counts.searches;
+      counts.rebuilds += begin_search().find(motion.X_TB, X_BT) ? 1 : 0;
+      set_elements(search->elements());
+      fill_found();
+    }
+    rows_at = motion.X_TB;
+    rows_known = true;
   }
+  if (filled.empty()) return 0;
   fill_springs(X_BT);
   V_B.v = X_BT.R * motion.V_TB_T.v;
   V_B.w = X_BT.R * motion.V_TB_T.w;
@@ -310,12 +324,17 @@ bool PolygonalContact::can_hold() const {
 
 void PolygonalContact::Impl::start_holding(const RelativeMotion& motion) {
   held_from = motion;
+  rows_known = false;
   held.X_TB = motion.X_TB;
   held.w_T = motion.V_TB_T.w;
   held.v_T = motion.V_TB_T.at(motion.X_TB.R * base.box.center_B);
   const double speed = held.v_T.norm() + held.w_T.norm() * base.radius_m;
-  held.horizon_s = std::min(kLongestHeld_s, kHeldFaces * target.face_size_m() / speed);
-  held.margin_m = kLeastMargin_m + 0.5 * kUnforeseen_m_per_s2 * held.horizon_s * held.horizon_s;
+  const double face_m = target.face_size_m();
+  held.horizon_s = std::min({kLongestHeld_s, kHeldFaces * face_m / speed, kMostTurn_rad / held.w_T.norm()});
+  held.margin_m = kLeastMargin_m + std::min(kMarginFaces * face_m,
+                                            0.5 * kUnforeseen_m_per_s2 * held.horizon_s * held.horizon_s);
+  const double pieces = std::ceil(held.horizon_s * speed / (kPieceFaces * face_m));
+  held.pieces = static_cast<std::size_t>(std::clamp(pieces, 1.0, static_cast<double>(HeldPatch::kPieces)));
   // A motion that is not finite is searched at each pose.
   holds = std::isfinite(speed);
   if (!holds) return;
@@ -324,11 +343,12 @@ void PolygonalContact::Impl::start_holding(const RelativeMotion& motion) {
 }
 
 bool PolygonalContact::hold(const RelativeMotion& motion, double next_s) {
-  // What is beside by more than half of the margin may leave it within the next step.
+  // What is beside by more than this share of the margin may leave it within the next step.
   constexpr double kShare = 0.5;
-  if (!can_hold() || impl_->held_covers(motion.X_TB, next_s, kShare)) return false;
+  double at_s = 0.0;
+  if (!can_hold() || impl_->held_covers(motion.X_TB, next_s, kShare, at_s)) return false;
   const bool held = impl_->holds;
-  impl_->holds = false;
+  impl_->holds = impl_->rows_known = false;
   if (impl_->boxes_apart(motion.X_TB)) return held;
   impl_->start_holding(motion);
   return true;
@@ -343,11 +363,11 @@ const RelativeMotion* PolygonalContact::held_from() const {
 }
 
 void PolygonalContact::release() {
-  impl_->holds = false;
+  impl_->holds = impl_->rows_known = false;
 }
 
 void PolygonalContact::reset() {
-  impl_->holds = false;
+  impl_->holds = impl_->rows_known = false;
   impl_->springs.clear();
   if (impl_->search) impl_->search->forget();
 }
@@ -384,6 +404,7 @@ double PolygonalContact::passed_wall_m(const RelativeMotion& motion) {
   if (impl_->boxes_apart(motion.X_TB)) return 0.0;
   const Pose X_BT = motion.X_TB.inverse();
   ContactSearch& search = impl_->begin_search();
+  impl_->rows_known = false;
   search.find(motion.X_TB, X_BT);
   const auto depths = search.depths_m();
   if (depths.empty()) return 0.0;
