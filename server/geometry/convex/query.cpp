@@ -11,6 +11,8 @@ namespace {
 
 constexpr int kMaxRounds = 40;
 constexpr double kDepthShare = 0.5;
+// Share of the size of the problem beyond which a motion since the hint is a jump: the hint then is no start.
+constexpr double kJump = 0.05;
 // Only a finite gap is a proof: invalid poses end in convex_overlap(), which refuses them.
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -30,20 +32,27 @@ double gap_on_axis(const ConvexShape& a, const Pose& X_WA, const ConvexShape& b,
          b.extreme_height(d_B, hint.vertex_b);
 }
 
+/// Squared distance now of the two points of an overlap.
+double moved2_of(const Pose& X_WA, const Pose& X_WB, const ConvexHint& hint) {
+  return ((X_WB.R * hint.point_B - X_WA.R * hint.point_A) + (X_WB.p - X_WA.p)).squaredNorm();
+}
+
+/// A rotation by an angle w since the overlap moves no point by more than 2 sin(w / 2) times its distance from
+/// the axis; 2 - 2 cos(w) = 3 - trace(R_hint^T R). 1e-14 covers rounding.
+double turned_since(const Pose& X_WA, const Pose& X_WB, const ConvexHint& hint) {
+  const Mat3 M = X_WA.R * hint.R_AB;
+  const double trace = (M.array() * X_WB.R.array()).sum();
+  return std::sqrt(std::max(0.0, 3.0 - trace) + 1e-14);
+}
+
 bool still_overlapping(const Pose& X_WA, const Pose& X_WB, double margin, double guard,
                        const ConvexHint& hint) {
   const double limit = hint.depth + margin - guard;
-  const Vec3 apart = (X_WB.R * hint.point_B - X_WA.R * hint.point_A) + (X_WB.p - X_WA.p);
-  const double moved2 = apart.squaredNorm();
+  const double moved2 = moved2_of(X_WA, X_WB, hint);
   const double without_depth = margin - guard;
   if (without_depth > 0.0 && moved2 < without_depth * without_depth) return true;
   if (!(limit > 0.0 && hint.depth > 0.0 && moved2 < limit * limit)) return false;
-  // A rotation by an angle w since the hint moves no relevant point by more than 2 sin(w / 2) times the
-  // reach; 2 - 2 cos(w) = 3 - trace(R_hint^T R). 1e-14 covers rounding.
-  const Mat3 M = X_WA.R * hint.R_AB;
-  const double trace = (M.array() * X_WB.R.array()).sum();
-  const double turned = std::sqrt(std::max(0.0, 3.0 - trace) + 1e-14);
-  return std::sqrt(moved2) + turned * hint.reach < limit;
+  return std::sqrt(moved2) + turned_since(X_WA, X_WB, hint) * hint.reach < limit;
 }
 
 void remember_overlap(const Simplex& simplex, const Difference& difference, ConvexHint& hint) {
@@ -125,19 +134,24 @@ Found search(const ConvexShape& a, const Pose& X_WA, const ConvexShape& b, const
 
 bool convex_overlap(const ConvexShape& a, const Pose& X_WA, const ConvexShape& b, const Pose& X_WB,
                     double margin, ConvexHint& hint, QueryCounts& counts) {
-  const double guard = guard_of(a, b, margin);
+  const double guard = guard_of(a, b, margin), jump = kJump * (a.radius + b.radius + margin);
+  bool jumped = false;
   if (hint.evidence == ConvexHint::Evidence::apart) {
     const double gap = gap_on_axis(a, X_WA, b, X_WB, hint);
     if (gap > margin + guard && gap < kInfinity && margin >= 0.0) {
       ++counts.by_hint;
       return false;
     }
+    jumped = !(gap > margin - jump);
   } else if (hint.evidence == ConvexHint::Evidence::overlapping) {
     if (margin >= 0.0 && still_overlapping(X_WA, X_WB, margin, guard, hint)) {
       ++counts.by_hint;
       return true;
     }
+    jumped = !(std::sqrt(moved2_of(X_WA, X_WB, hint)) + turned_since(X_WA, X_WB, hint) * b.radius <
+               hint.depth + jump);
   }
+  if (jumped) hint = {};
   if (!(margin >= 0.0)) check_query(X_WA, X_WB, margin);
   const Found found = search(a, X_WA, b, X_WB, margin, guard, hint);
   if (found != Found::nothing) {
