@@ -32,6 +32,9 @@ enum class MeshDiagnosticKind : std::uint8_t {
 /// "duplicate faces"
 std::string_view to_string(MeshDiagnosticKind kind);
 
+/// What a person can do about it, in a program that is at hand or by a key of takt: a step, without full stop.
+std::string_view remedy_of(MeshDiagnosticKind kind);
+
 enum class MeshSeverity : std::uint8_t {
   info,      ///< for information
   warning,   ///< the mesh can be used, but forces of surface contact may be wrong

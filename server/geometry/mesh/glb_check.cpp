@@ -310,9 +310,13 @@ class GlbCheck {
     const Json* given = member(accessor, "type");
     if (!types.contains(type) || given == nullptr || *given != shape)
       throw MeshFault(place + ": positions are VEC3 of 5126 (float), indices SCALAR of 5121, 5123 or 5125");
-    if (accessor.contains("sparse")) throw MeshFault(place + ": sparse accessors are not supported");
+    if (accessor.contains("sparse"))
+      throw MeshFault(place +
+                      ": sparse accessors are not supported; Blender writes none (File > Export > glTF)");
     if (!accessor.contains("bufferView"))
-      throw MeshFault(place + " has no bufferView; compressed meshes are not supported");
+      throw MeshFault(place +
+                      " has no bufferView; compressed meshes are not supported; in Blender, switch "
+                      "Compression off in the panel Data of the export");
     const std::uint64_t view = number(accessor, "bufferView", place);
     const std::uint64_t offset = number_or(accessor, "byteOffset", place, 0);
     const std::uint64_t items = number(accessor, "count", place);

@@ -85,7 +85,7 @@ std::vector<NamedMesh> read_glb(std::string_view content, const std::string& nod
         {MeshDiagnosticKind::no_faces, MeshSeverity::info, glb.passed_over, 0.0, Vec3::Zero(),
          counted(glb.passed_over, "primitive draws", "primitives draw") +
              " lines or points, which bound nothing, the first is " + glb.first_passed_over,
-         "nothing to do: they are passed over"});
+         std::string(remedy_of(MeshDiagnosticKind::no_faces))});
   return objects;
 }
 

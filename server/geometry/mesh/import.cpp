@@ -83,7 +83,10 @@ TriangleMesh joined(const TriangleMesh& pieces) {
 }
 
 [[noreturn]] void fail_no_solid(const std::filesystem::path& file, const std::string& problem) {
-  fail(file, problem + " A solid is needed: closed, every edge shared by two triangles, faces outwards.");
+  fail(file,
+       problem +
+           " A solid is needed: closed, every edge shared by two triangles, faces outwards. `takt-run " +
+           "check-mesh " + file.string() + "` lists the faults and their remedies.");
 }
 
 }  // namespace
@@ -94,7 +97,8 @@ std::vector<NamedMesh> import_mesh_objects(const std::filesystem::path& file, do
   const MeshPath path = split_mesh_path(file);
   const std::string format = format_of(path.file);
   if (!is_known(format))
-    fail(file, "the format '" + format + "' is not supported; allowed are .obj, .stl and .glb.");
+    fail(file, "the format '" + format + "' is not supported; allowed are .obj, .stl and .glb. " +
+                   "FreeCAD (STEP, IGES) and Blender (others) write them by File > Export.");
   if (!path.node.empty() && format != ".glb")
     fail(file, "a node of it is named (#" + path.node + "), but only GLB files have nodes; allowed is " +
                    path.file.string() + ".");
@@ -104,7 +108,8 @@ std::vector<NamedMesh> import_mesh_objects(const std::filesystem::path& file, do
   } catch (const MeshFault& fault) {
     fail(file, std::string(fault.what()) + ".");
   }
-  if (objects.empty()) fail(file, "there are no faces in it.");
+  if (objects.empty())
+    fail(file, "there are no faces in it; in Blender, select the body and export it by File > Export.");
   for (NamedMesh& object : objects) apply_scale(file, scale, object);
   return objects;
 }
@@ -188,7 +193,7 @@ RepairedMesh import_and_repair(const std::filesystem::path& file, double scale) 
     result.findings.push_back(
         {MeshDiagnosticKind::joined_objects, MeshSeverity::info, count, 0.0, place,
          counted(count, "object is", "objects are") + " closed together only, the first '" + first_open + "'",
-         "joined where positions are equal; export one surface"});
+         "joined where positions are equal; " + std::string(remedy_of(MeshDiagnosticKind::joined_objects))});
   };
   if (open_count > 1) {
     const RepairedMesh surface = repair_mesh(joined(open));

@@ -28,7 +28,7 @@ class ObjReader {
            counted(passed_over_, "statement draws", "statements draw") +
                " lines or points (l, p), which bound nothing, the first in line " +
                std::to_string(first_passed_over_) + " of the file",
-           "nothing to do: they are passed over"});
+           std::string(remedy_of(MeshDiagnosticKind::no_faces))});
     return objects;
   }
 

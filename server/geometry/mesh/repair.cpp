@@ -32,7 +32,7 @@ class Repairer {
         mesh().triangles.empty() ? "there are no triangles." : find_bad_vertex_or_index(mesh());
     if (!bad.empty()) {
       report(MeshDiagnosticKind::bad_vertex, MeshSeverity::refused, 1, 0.0, Vec3::Zero(), bad,
-             "export the mesh again");
+             step(MeshDiagnosticKind::bad_vertex));
       return finish();
     }
     drop_faces_with_equal_corners();
@@ -42,13 +42,14 @@ class Repairer {
     if (mesh().triangles.empty())
       report(MeshDiagnosticKind::encloses_nothing, MeshSeverity::refused, 1, 0.0, mesh().vertices.front(),
              "without the faces that are there several times or have no area nothing is left",
-             "model the body as a solid");
+             step(MeshDiagnosticKind::encloses_nothing));
     if (edges_are_shared_by_two() && orient()) turn_shells();
     return finish();
   }
 
  private:
   TriangleMesh& mesh() { return result_.mesh; }
+  static std::string step(MeshDiagnosticKind kind) { return std::string(remedy_of(kind)); }
 
   RepairedMesh finish() {
     result_.problem = check_closed(mesh()).problem;
@@ -106,7 +107,7 @@ class Repairer {
     report(
         MeshDiagnosticKind::duplicate_faces, MeshSeverity::repaired, count, 0.0, place,
         counted(count, "face is", "faces are") + " there more than once, the first at " + place_text(place),
-        "removed; export the mesh without them");
+        "removed; " + step(MeshDiagnosticKind::duplicate_faces));
   }
 
   static std::vector<std::uint8_t> find_walls(const TriangleMesh& distinct,
@@ -154,14 +155,14 @@ class Repairer {
       const std::size_t count = flat_ + found - flat.size();
       report(MeshDiagnosticKind::zero_area_faces, MeshSeverity::repaired, count, 0.0, flat_place_,
              counted(count, "face has", "faces have") + " no area, the first at " + place_text(flat_place_),
-             "removed; export the mesh without them");
+             "removed; " + step(MeshDiagnosticKind::zero_area_faces));
     }
     if (flat.empty()) return;
     const Vec3 place = centre(mesh().triangles[flat.front()]);
     report(MeshDiagnosticKind::zero_area_faces, MeshSeverity::refused, flat.size(), 0.0, place,
            counted(flat.size(), "face has", "faces have") +
                " no area and cannot be removed without a hole, the first at " + place_text(place),
-           "merge the vertices that lie on one another, and mesh again");
+           step(MeshDiagnosticKind::zero_area_faces));
   }
 
   std::vector<std::uint32_t> flat_faces() {
@@ -228,7 +229,7 @@ class Repairer {
              counted(count, "vertex lies", "vertices lie") +
                  " on edges of faces that do not have them, up to " + number_text(1e6 * furthest, 3) +
                  " um beside, the first at " + place_text(place),
-             "the edges are divided there; export a mesh whose faces meet at their corners");
+             "the edges are divided there; " + step(MeshDiagnosticKind::split_edges));
   }
 
   void split_open_edges_once(std::size_t& count, double& furthest, Vec3& place) {
@@ -309,13 +310,13 @@ class Repairer {
              counted(open, "edge belongs", "edges belong") + " to one face only, " +
                  number_text(1e3 * length, 4) + " mm in all: the surface has a hole, the first at " +
                  place_text(open_place),
-             "close the hole: export a solid, not a surface");
+             step(MeshDiagnosticKind::open_edges));
     if (crowded > 0)
       report(MeshDiagnosticKind::crowded_edges, MeshSeverity::refused, crowded, static_cast<double>(most),
              crowded_place,
              counted(crowded, "edge belongs", "edges belong") + " to more than two faces (up to " +
                  std::to_string(most) + "), the first at " + place_text(crowded_place),
-             "unite bodies that touch, remove walls inside, or give each body an object of its own");
+             step(MeshDiagnosticKind::crowded_edges));
     return open == 0 && crowded == 0 && !mesh().triangles.empty();
   }
 
@@ -353,7 +354,7 @@ class Repairer {
             const Vec3 where = centre(triangles[n.triangle]);
             report(MeshDiagnosticKind::not_orientable, MeshSeverity::refused, 1, 0.0, where,
                    "the surface has one side only (like a Klein bottle), which shows at " + place_text(where),
-                   "model the body as a solid");
+                   step(MeshDiagnosticKind::not_orientable));
             return false;
           }
         }
@@ -371,7 +372,7 @@ class Repairer {
       report(MeshDiagnosticKind::mixed_orientation, MeshSeverity::repaired, count, 0.0, place,
              counted(count, "face is", "faces are") + " turned against the neighbours, the first at " +
                  place_text(place),
-             "turned; export the mesh with normals outwards");
+             "turned; " + step(MeshDiagnosticKind::mixed_orientation));
     return true;
   }
 
@@ -413,7 +414,7 @@ class Repairer {
              counted(inside_out.count, "closed shell is", "closed shells are") +
                  " inside out, the largest of " + number_text(1e6 * inside_out.largest, 4) + " cm^3 at " +
                  place_text(inside_out.place),
-             "turned; export the mesh with normals outwards");
+             "turned; " + step(MeshDiagnosticKind::inside_out));
     if (nothing.count > 0) {
       const bool all = nothing.count == shells.size();
       if (!all) drop_shells(shells, flat);
@@ -421,19 +422,19 @@ class Repairer {
              nothing.count, nothing.largest, nothing.place,
              counted(nothing.count, "closed shell encloses", "closed shells enclose") +
                  " nothing, the first at " + place_text(nothing.place),
-             all ? "give it thickness" : "removed; export the mesh without it");
+             (all ? "" : "removed; ") + step(MeshDiagnosticKind::encloses_nothing));
     }
     if (cavities.count > 0)
       report(MeshDiagnosticKind::cavities, MeshSeverity::info, cavities.count, cavities.sum, cavities.place,
              counted(cavities.count, "cavity", "cavities") + " of " + number_text(1e6 * cavities.sum, 4) +
                  " cm^3 in all, the largest at " + place_text(cavities.place),
-             "nothing to do where that is meant; nothing gets in");
+             step(MeshDiagnosticKind::cavities));
     if (solids.count > 0)
       report(MeshDiagnosticKind::nested_solids, MeshSeverity::warning, solids.count, solids.sum, solids.place,
              counted(solids.count, "closed shell lies", "closed shells lie") +
                  " inside another and faces outwards: its volume of " + number_text(1e6 * solids.sum, 4) +
                  " cm^3 counts twice, the largest at " + place_text(solids.place),
-             "remove what lies inside, or turn it where a cavity is meant");
+             step(MeshDiagnosticKind::nested_solids));
   }
 
   void drop_shells(const std::vector<Shell>& shells, const std::vector<std::uint8_t>& which) {
