@@ -16,8 +16,8 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 
-std::string edge_key(std::string_view component) {
-  return "contact.components." + std::string(component) + ".element_edge_m";
+std::string component_key(std::string_view component) {
+  return "contact.components." + std::string(component) + ".";
 }
 
 class MeshQualityCheck {
@@ -45,7 +45,7 @@ class MeshQualityCheck {
   }
 
  private:
-  std::string key() const { return edge_key(options_.component); }
+  std::string key() const { return component_key(options_.component) + "element_edge_m"; }
 
   /// Longest edge after division.
   double element_edge(std::size_t triangle) const {
@@ -67,8 +67,9 @@ class MeshQualityCheck {
                          counted(count, "triangle is a needle", "triangles are needles") + " (longer than " +
                              number_text(options_.needle_ratio, 4) + " heights), the worst " +
                              number_text(ratio, 3) + " heights at " + place_text(centres_[worst]) +
-                             ": one line in its middle stands for all of it",
-                         std::string(remedy_of(MeshDiagnosticKind::needles))});
+                             ": unless resampled, one line in its middle stands for all of it",
+                         "set " + component_key(options_.component) + "resample to always, or " +
+                             std::string(remedy_of(MeshDiagnosticKind::needles))});
   }
 
   /// Two digits, downwards.
@@ -184,9 +185,9 @@ std::vector<MeshDiagnostic> check_mesh_quality(const TriangleMesh& mesh, const M
 
 std::string remedy_for(const std::string& component, const MeshDiagnostic& finding) {
   std::string remedy = finding.remedy;
-  const std::string any = edge_key(kAnyComponent);
+  const std::string any = component_key(kAnyComponent);
   if (const std::size_t place = remedy.find(any); place != remedy.npos)
-    remedy.replace(place, any.size(), edge_key(component));
+    remedy.replace(place, any.size(), component_key(component));
   return remedy;
 }
 

@@ -39,7 +39,7 @@ const std::shared_ptr<const SolidProbe>& SharedMesh::probe() {
 }
 
 const std::shared_ptr<const ContactSurface>& SharedMesh::surface(const ContactSurfaceOptions& options) {
-  std::shared_ptr<const ContactSurface>& surface = surfaces_[options.element_edge_m];
+  std::shared_ptr<const ContactSurface>& surface = surfaces_[{options.element_edge_m, options.resampling}];
   if (surface == nullptr) surface = std::make_shared<const ContactSurface>(mesh(), options);
   return surface;
 }

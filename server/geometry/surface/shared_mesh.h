@@ -42,7 +42,8 @@ class SharedMesh {
   double default_element_edge_m_;
   std::shared_ptr<const DescribedMesh> described_;
   std::shared_ptr<const SolidProbe> probe_;
-  std::map<double, std::shared_ptr<const ContactSurface>> surfaces_;  ///< by edge of elements
+  /// By edge of elements and resampling.
+  std::map<std::pair<double, ContactResampling>, std::shared_ptr<const ContactSurface>> surfaces_;
   std::map<std::pair<double, bool>, std::vector<MeshDiagnostic>> quality_;
 };
 
