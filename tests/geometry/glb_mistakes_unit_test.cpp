@@ -147,6 +147,8 @@ TEST(MeshDiagnostics, EachDiagnosticHasItsOwnWordsAndARemedy) {
       {Kind::bad_vertex, "bad vertex"},
       {Kind::no_faces, "lines or points"},
       {Kind::joined_objects, "joined objects"},
+      {Kind::near_vertices, "near vertices"},
+      {Kind::touching_edges, "touching edges"},
       {Kind::split_edges, "vertices on edges"},
       {Kind::zero_area_faces, "faces without area"},
       {Kind::duplicate_faces, "duplicate faces"},

@@ -13,6 +13,10 @@ std::string_view to_string(MeshDiagnosticKind kind) {
       return "lines or points";
     case MeshDiagnosticKind::joined_objects:
       return "joined objects";
+    case MeshDiagnosticKind::near_vertices:
+      return "near vertices";
+    case MeshDiagnosticKind::touching_edges:
+      return "touching edges";
     case MeshDiagnosticKind::split_edges:
       return "vertices on edges";
     case MeshDiagnosticKind::zero_area_faces:
@@ -56,6 +60,11 @@ std::string_view remedy_of(MeshDiagnosticKind kind) {
     case MeshDiagnosticKind::joined_objects:
       return "nothing to do; in Blender, Object > Join and Mesh > Merge > By Distance make one surface of "
              "them";
+    case MeshDiagnosticKind::near_vertices:
+      return "in Blender: Mesh > Merge > By Distance makes one of them";
+    case MeshDiagnosticKind::touching_edges:
+      return "in Blender: modifier Boolean, Union; in FreeCAD: Part > Boolean > Union, of bodies that "
+             "overlap a little";
     case MeshDiagnosticKind::split_edges:
       return "in Blender, the modifier Triangulate before the export makes faces meet at their corners";
     case MeshDiagnosticKind::zero_area_faces:

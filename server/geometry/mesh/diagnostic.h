@@ -13,6 +13,8 @@ enum class MeshDiagnosticKind : std::uint8_t {
   bad_vertex,         ///< not finite, or missing
   no_faces,           ///< lines and points, which bound nothing; figure: 0
   joined_objects,     ///< closed together only; figure: 0
+  near_vertices,      ///< equal within single precision; figure: their largest distance (m)
+  touching_edges,     ///< of bodies that touch there; figure: 0
   split_edges,        ///< with vertices on them; figure: largest distance of such a vertex (m)
   zero_area_faces,    ///< figure: 0
   duplicate_faces,    ///< figure: 0

@@ -82,6 +82,17 @@ TriangleMesh joined(const TriangleMesh& pieces) {
   return std::move(builder.take_objects().front().mesh);
 }
 
+/// A sheet without thickness, which alone makes the object unusable.
+bool encloses_nothing(const RepairedMesh& object) {
+  bool nothing = false;
+  for (const MeshDiagnostic& finding : object.findings) {
+    if (finding.severity != MeshSeverity::refused) continue;
+    if (finding.kind != MeshDiagnosticKind::encloses_nothing) return false;
+    nothing = true;
+  }
+  return nothing;
+}
+
 [[noreturn]] void fail_no_solid(const std::filesystem::path& file, const std::string& problem) {
   fail(file,
        problem +
@@ -163,8 +174,9 @@ RepairedMesh import_and_repair(const std::filesystem::path& file, double scale) 
   const std::vector<NamedMesh> objects = import_mesh_objects(file, scale);
   RepairedMesh whole, closed;
   TriangleMesh all, open;
+  std::vector<std::pair<const NamedMesh*, RepairedMesh>> sheets;
   std::vector<MeshDiagnostic> of_reader;
-  std::size_t open_count = 0;
+  std::size_t open_count = 0, object_count = 0;
   std::string first_open;
   const auto add = [](RepairedMesh& to, const RepairedMesh& object) {
     to.findings.insert(to.findings.end(), object.findings.begin(), object.findings.end());
@@ -173,6 +185,11 @@ RepairedMesh import_and_repair(const std::filesystem::path& file, double scale) 
   for (const NamedMesh& object : objects) {
     of_reader.insert(of_reader.end(), object.findings.begin(), object.findings.end());
     const RepairedMesh repaired = repair_mesh(object.mesh);
+    if (encloses_nothing(repaired)) {
+      sheets.push_back({&object, repaired});
+      continue;
+    }
+    ++object_count;
     if (!repaired.problem.empty() && whole.problem.empty())
       whole.problem = "object '" + object.name + "': " + repaired.problem;
     add(whole, repaired);
@@ -184,11 +201,22 @@ RepairedMesh import_and_repair(const std::filesystem::path& file, double scale) 
       append(open, object.mesh);
     }
   }
+  if (object_count == 0)
+    for (const auto& [object, repaired] : sheets) {
+      if (whole.problem.empty()) whole.problem = "object '" + object->name + "': " + repaired.problem;
+      add(whole, repaired);
+    }
+  else if (!sheets.empty())
+    of_reader.push_back({MeshDiagnosticKind::encloses_nothing, MeshSeverity::repaired, sheets.size(), 0.0,
+                         sheets.front().first->mesh.vertices.front(),
+                         counted(sheets.size(), "object encloses", "objects enclose") +
+                             " nothing, the first '" + sheets.front().first->name + "'",
+                         "removed; " + std::string(remedy_of(MeshDiagnosticKind::encloses_nothing))});
   const auto with_readers = [&](RepairedMesh& result) {
     result.findings.insert(result.findings.begin(), of_reader.begin(), of_reader.end());
     return std::move(result);
   };
-  if (open_count == 0 || objects.size() == 1) return with_readers(whole);
+  if (open_count == 0 || object_count <= 1) return with_readers(whole);
   const auto note = [&](RepairedMesh& result, std::size_t count, const Vec3& place) {
     result.findings.push_back(
         {MeshDiagnosticKind::joined_objects, MeshSeverity::info, count, 0.0, place,
@@ -205,7 +233,7 @@ RepairedMesh import_and_repair(const std::filesystem::path& file, double scale) 
   }
   RepairedMesh surface = repair_mesh(joined(all));
   if (!surface.problem.empty()) return with_readers(whole);
-  note(surface, objects.size(), open.vertices.front());
+  note(surface, object_count, open.vertices.front());
   return with_readers(surface);
 }
 

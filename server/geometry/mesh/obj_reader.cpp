@@ -19,6 +19,8 @@ class ObjReader {
   std::vector<NamedMesh> read() {
     read_vertices();
     read_faces();
+    if (positions_.empty() && content_.find('\0') != content_.npos)
+      throw MeshFault("there are zero bytes in it, as in UTF-16; an OBJ file is plain text (UTF-8)");
     if (positions_.empty()) throw MeshFault("there are no vertices (lines starting with v)");
     std::vector<NamedMesh> objects = builder_.take_objects();
     if (objects.empty()) throw MeshFault("there are no faces (lines starting with f)");
