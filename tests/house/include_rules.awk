@@ -91,7 +91,6 @@ BEGIN {
   libraries = 0
   library("Fast DDS", "fastdds/ fastrtps/ fastcdr/", "idl/transport/ server/dds/ client_lib/ idl/ tests/", "", 0)
   forbidden_in["Fast DDS"] = "client_lib/kinematics/ client_lib/controller/ client_lib/render/ client_lib/recording/"
-  library("assimp", "assimp/", "server/ tests/", "server/", 1)
   library("libccd", "ccd/", "server/ tests/", "server/", 1)
   library("qhull", "libqhull", "server/ config/ tests/", "server/", 1)
   library("V-HACD", "VHACD.h", "server/geometry/", "server/", 1)

@@ -21,7 +21,7 @@ fresh() {
   write docs/decisions.md '**1. Two.**\n*Context:* a\n*Decision:* b *Consequence:* c\n'
   write plant_models/spatial.h '#pragma once\n#include <Eigen/Core>\n#include <vector>\n'
   write server/geometry/mesh/mesh.h '#pragma once\n#include "plant_models/spatial.h"\n'
-  write server/geometry/mesh/import.cpp '#include <assimp/scene.h>\n#include <assimp/mesh.h>\n#include "server/geometry/mesh/mesh.h"\n'
+  write server/geometry/mesh/import.cpp '#include "server/geometry/mesh/mesh.h"\n'
   write server/geometry/convex/overlap.cpp '#include <ccd/ccd.h>\n'
   write server/scenario/reader.cpp '#include <yaml-cpp/yaml.h>\n#include "server/simulation/step/simulation.h"\n'
   write server/scenario/urdf.cpp '#include <tinyxml2.h>\n'
@@ -103,7 +103,6 @@ expect server/tools/takt_run/a.cpp:1 server/tools/takt_run/a.cpp '#include "serv
 # Libraries in their place
 expect server/runtime/loop/a.cpp:1 server/runtime/loop/a.cpp '#include <fastdds/x.hpp>\n'
 expect client_lib/controller/a.cpp:1 client_lib/controller/a.cpp '#include <fastrtps/x.h>\n'
-expect server/geometry/mesh/x.cpp:1 server/geometry/mesh/x.cpp '#include <assimp/scene.h>\n'
 expect server/geometry/mesh/z.cpp:1 server/geometry/mesh/z.cpp '#include <ccd/ccd.h>\n'
 expect server/geometry/a.h:1 server/geometry/a.h '#include <ccd/ccd.h>\n'
 expect server/scenario/z.cpp:1 server/scenario/z.cpp '#include <tinyxml2.h>\n'

@@ -89,7 +89,8 @@ TEST_F(SharedMeshTest, WhatIsStatedForOneComponentIsItsOwn) {
 }
 
 TEST_F(SharedMeshTest, EachFileIsReadOnce) {
-  MeshLibrary library;
+  MeshFiles files;
+  MeshLibrary library(files);
   const auto first = library.mesh(directory_ / "u.obj", 1.0);
   directory_.write("u.obj", "no mesh");
   EXPECT_EQ(library.mesh(directory_ / "u.obj", 1.0), first);

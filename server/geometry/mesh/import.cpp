@@ -11,7 +11,6 @@
 
 #include "idl/common/bounded_file.h"
 #include "idl/common/mesh_path.h"
-#include "server/geometry/mesh/glb_check.h"
 #include "server/geometry/mesh/glb_reader.h"
 #include "server/geometry/mesh/obj_reader.h"
 #include "server/geometry/mesh/stl_reader.h"
@@ -32,12 +31,6 @@ std::string format_of(const std::filesystem::path& file) {
 
 bool is_known(const std::string& format) {
   return format == ".obj" || format == ".stl" || format == ".glb";
-}
-
-std::vector<NamedMesh> read_objects(const std::string& format, std::string_view content,
-                                    const std::string& node) {
-  if (format == ".glb") return read_glb(content, node);
-  return format == ".obj" ? read_obj(content) : read_stl(content);
 }
 
 /// As text, 4 million triangles take half of it.
@@ -102,7 +95,17 @@ bool encloses_nothing(const RepairedMesh& object) {
 
 }  // namespace
 
-std::vector<NamedMesh> import_mesh_objects(const std::filesystem::path& file, double scale) {
+MeshFiles::MeshFiles() = default;
+MeshFiles::~MeshFiles() = default;
+
+const GlbFile& MeshFiles::glb(const std::filesystem::path& file) {
+  std::unique_ptr<const GlbFile>& glb = glb_[file];
+  if (glb == nullptr) glb = std::make_unique<const GlbFile>(read_file(file));
+  return *glb;
+}
+
+std::vector<NamedMesh> import_mesh_objects(const std::filesystem::path& file, double scale,
+                                           MeshFiles& files) {
   if (!(scale > 0.0) || !std::isfinite(scale))
     fail(file, "the scale is " + std::to_string(scale) + ", it must be positive and finite.");
   const MeshPath path = split_mesh_path(file);
@@ -115,7 +118,10 @@ std::vector<NamedMesh> import_mesh_objects(const std::filesystem::path& file, do
                    path.file.string() + ".");
   std::vector<NamedMesh> objects;
   try {
-    objects = read_objects(format, read_file(path.file), path.node);
+    if (format == ".glb")
+      objects = files.glb(path.file).objects(path.node);
+    else
+      objects = format == ".obj" ? read_obj(read_file(path.file)) : read_stl(read_file(path.file));
   } catch (const MeshFault& fault) {
     fail(file, std::string(fault.what()) + ".");
   }
@@ -131,11 +137,11 @@ Pose upright(const Pose& X_FN) {
   return {R * X_FN.R + Mat3::Zero(), R * X_FN.p + Vec3::Zero()};  // + 0: -0 becomes 0
 }
 
-std::vector<MeshNode> list_mesh_nodes(const std::filesystem::path& file, double scale) {
+std::vector<MeshNode> list_mesh_nodes(const std::filesystem::path& file, double scale, MeshFiles& files) {
   const MeshPath path = split_mesh_path(file);
   if (format_of(path.file) != ".glb") return {};
   try {
-    const GlbNodes nodes = read_glb_nodes(read_file(path.file));
+    const GlbNodes& nodes = files.glb(path.file).nodes();
     std::pair<std::size_t, std::size_t> range{0, nodes.size()};
     if (!path.node.empty()) range = find_glb_node(nodes, path.node);
     std::vector<MeshNode> result;
@@ -170,8 +176,8 @@ TriangleMesh import_solid(const std::filesystem::path& file, double scale) {
   fail_no_solid(file, problem);
 }
 
-RepairedMesh import_and_repair(const std::filesystem::path& file, double scale) {
-  const std::vector<NamedMesh> objects = import_mesh_objects(file, scale);
+RepairedMesh import_and_repair(const std::filesystem::path& file, double scale, MeshFiles& files) {
+  const std::vector<NamedMesh> objects = import_mesh_objects(file, scale, files);
   RepairedMesh whole, closed;
   TriangleMesh all, open;
   std::vector<std::pair<const NamedMesh*, RepairedMesh>> sheets;
@@ -237,10 +243,27 @@ RepairedMesh import_and_repair(const std::filesystem::path& file, double scale) 
   return with_readers(surface);
 }
 
-RepairedMesh import_repaired_solid(const std::filesystem::path& file, double scale) {
-  RepairedMesh result = import_and_repair(file, scale);
+RepairedMesh import_repaired_solid(const std::filesystem::path& file, double scale, MeshFiles& files) {
+  RepairedMesh result = import_and_repair(file, scale, files);
   if (!result.problem.empty()) fail_no_solid(file, result.problem);
   return result;
+}
+
+std::vector<NamedMesh> import_mesh_objects(const std::filesystem::path& file, double scale) {
+  MeshFiles files;
+  return import_mesh_objects(file, scale, files);
+}
+std::vector<MeshNode> list_mesh_nodes(const std::filesystem::path& file, double scale) {
+  MeshFiles files;
+  return list_mesh_nodes(file, scale, files);
+}
+RepairedMesh import_and_repair(const std::filesystem::path& file, double scale) {
+  MeshFiles files;
+  return import_and_repair(file, scale, files);
+}
+RepairedMesh import_repaired_solid(const std::filesystem::path& file, double scale) {
+  MeshFiles files;
+  return import_repaired_solid(file, scale, files);
 }
 
 }  // namespace takt

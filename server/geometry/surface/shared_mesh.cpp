@@ -1,6 +1,5 @@
 #include "server/geometry/surface/shared_mesh.h"
 
-#include "server/geometry/mesh/import.h"
 #include "server/geometry/mesh/quality.h"
 
 namespace takt {
@@ -58,7 +57,7 @@ const std::vector<MeshDiagnostic>& SharedMesh::quality(double element_edge_m, bo
 const std::shared_ptr<SharedMesh>& MeshLibrary::mesh(const std::filesystem::path& file, double scale) {
   const auto [place, is_new] = meshes_.try_emplace({file, scale});
   if (!is_new && place->second != nullptr) return place->second;
-  place->second = std::make_shared<SharedMesh>(import_repaired_solid(file, scale));
+  place->second = std::make_shared<SharedMesh>(import_repaired_solid(file, scale, files_));
   return place->second;
 }
 

@@ -9,6 +9,7 @@
 
 #include "server/geometry/mesh/described_mesh.h"
 #include "server/geometry/mesh/diagnostic.h"
+#include "server/geometry/mesh/import.h"
 #include "server/geometry/mesh/repair.h"
 #include "server/geometry/mesh/solid_overlap.h"
 #include "server/geometry/mesh/triangle_mesh.h"
@@ -53,11 +54,13 @@ using SharedMeshes = std::vector<std::shared_ptr<SharedMesh>>;
 /// The meshes of the files of one cell.
 class MeshLibrary {
  public:
+  explicit MeshLibrary(MeshFiles& files) : files_(files) {}
   /// The file's solid at this scale, repaired; the file is read at the first call. Throws MeshError for a
   /// mesh that bounds no solid.
   const std::shared_ptr<SharedMesh>& mesh(const std::filesystem::path& file, double scale);
 
  private:
+  MeshFiles& files_;
   std::map<std::pair<std::filesystem::path, double>, std::shared_ptr<SharedMesh>> meshes_;
 };
 
