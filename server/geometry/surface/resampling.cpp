@@ -15,7 +15,12 @@ using Polygon = std::vector<Vec2>;  // convex, counter-clockwise
 
 /// Smaller cells, which rounding and rims leave over, join a neighbour.
 constexpr double kSmallShare = 1e-3;
+/// Smaller parts of cells are rounding.
 constexpr double kRounding = 1e-9;
+/// A point no further beside a face than this share of the spacing is on it.
+constexpr double kMargin = 1e-6;
+/// A face that is longer than a number of cells by this share of one gets none more: single precision.
+constexpr double kCellSlack = 1e-4;
 /// Cells in which the centre of the area is beside the surface are divided as often.
 constexpr int kDeepest = 4;
 
@@ -70,9 +75,11 @@ Polygon clipped(const Polygon& polygon, Eigen::Index axis, double limit, double 
   return kept.size() < 3 ? Polygon{} : kept;
 }
 
+/// Edges shorter than the margin, which cuts near a corner leave, have a direction of rounding.
 bool contains(const Polygon& polygon, const Vec2& p, double margin) {
   for (std::size_t i = 0; i < polygon.size(); ++i) {
     const Vec2 u = polygon[(i + 1) % polygon.size()] - polygon[i], v = p - polygon[i];
+    if (u.norm() <= margin) continue;
     if (u.x() * v.y() - u.y() * v.x() < -margin * u.norm()) return false;
   }
   return true;
@@ -221,7 +228,7 @@ class RegionSampler {
     for (Eigen::Index axis = 0; axis < 2; ++axis) {
       const double length = upper[axis] - lower_[axis];
       count_[static_cast<std::size_t>(axis)] =
-          std::max<std::int64_t>(1, static_cast<std::int64_t>(std::ceil(length / spacing_m_ - 1e-9)));
+          std::max<std::int64_t>(1, static_cast<std::int64_t>(std::ceil(length / spacing_m_ - kCellSlack)));
       cell_[axis] = length / static_cast<double>(count_[static_cast<std::size_t>(axis)]);
     }
   }
@@ -294,7 +301,7 @@ class RegionSampler {
     const Moments all = moments(fragments);
     if (!(all.area > 0.0)) return;
     const Vec2 centre = all.first / all.area;
-    const double margin = kRounding * spacing_m_;
+    const double margin = kMargin * spacing_m_;
     const auto home = std::find_if(fragments.begin(), fragments.end(), [&](const Fragment& part) {
       return moments({part}).area > kRounding * cell_.x() * cell_.y() &&
              contains(part.polygon, centre, margin);
