@@ -227,6 +227,105 @@ TEST(ContactResamplingOracle, ANutAndAGearWithNeedlesPressAsThoseWithGoodTriangl
   }
 }
 
+/// A prism of n sides: its end faces are fans around their middles, or strips of needles from side to side.
+TriangleMesh prism(double radius, double height, std::uint32_t n, bool of_needles) {
+  TriangleMesh mesh;
+  for (const double z : {-0.5 * height, 0.5 * height})
+    for (std::uint32_t i = 0; i < n; ++i) {
+      const double angle = 2.0 * std::numbers::pi * i / n;
+      mesh.vertices.emplace_back(radius * std::cos(angle), radius * std::sin(angle), z);
+    }
+  for (std::uint32_t i = 0; i < n; ++i) {
+    const std::uint32_t next = (i + 1) % n;
+    mesh.triangles.push_back({i, next, n + next});
+    mesh.triangles.push_back({i, n + next, n + i});
+  }
+  for (const std::uint32_t base : {0U, n}) {
+    const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+      if (base == 0) std::swap(b, c);
+      mesh.triangles.push_back({a, b, c});
+    };
+    if (of_needles) {
+      for (std::uint32_t low = 0, high = n - 1; low + 1 < high;) {
+        add(base + low, base + low + 1, base + high);
+        if (++low + 1 >= high) break;
+        add(base + low, base + high - 1, base + high);
+        --high;
+      }
+    } else {
+      const auto middle = static_cast<std::uint32_t>(mesh.vertices.size());
+      mesh.vertices.emplace_back(0.0, 0.0, base == 0 ? -0.5 * height : 0.5 * height);
+      for (std::uint32_t i = 0; i < n; ++i) add(base + i, base + (i + 1) % n, middle);
+    }
+  }
+  return mesh;
+}
+
+TEST(ContactResamplingOracle, ADiscOfNeedlesHasForceStiffnessAndFrictionInClosedForm) {
+  // Under the pressure p = (K/b) u a disc slides with mu p A and spins with mu p 2/3 pi R^3; tilted by a small angle it
+  // has the moment (K/b) angle pi R^4 / 4.
+  const double radius = 0.01, height = 0.02, u = 1e-5, omega = 200.0, angle = 2e-4;
+  ContactParameters parameters;
+  parameters.friction = 0.25;
+  parameters.areal_damping_N_s_per_m3 = 0.0;
+  const ContactLaw law = contact_law(parameters);
+  const auto floor = surface(floor_mesh());
+  const Vec3 place(0.0, 0.0, 0.5 * height - u);
+  const double pressure = law.stiffness_Pa_per_m * u, area = std::numbers::pi * radius * radius;
+  constexpr std::uint32_t kSides = 200;
+  const double round =
+      1.5 * std::pow(std::numbers::pi / kSides, 2);  // area and moments of the polygon, and more
+  std::vector<Wrench> spins;
+  for (const bool of_needles : {false, true}) {
+    const auto disc = sampled(prism(radius, height, kSides, of_needles), 0.002);
+    EXPECT_LT(disc->resampling().slender_share, of_needles ? disc->resampling().slender_share_before : 1.0);
+    PolygonalContact contact(disc, floor, law);
+    RelativeMotion motion = at_rest(place);
+    EXPECT_NEAR(evaluate(contact, motion).normal_force_N, pressure * area, round * pressure * area);
+    motion.V_TB_T.v = Vec3(0.6, -0.8, 0.0);
+    const Vec3 sliding = evaluate(contact, motion).F_B_T.f;
+    EXPECT_NEAR(sliding.x(), -0.6 * law.friction * pressure * area, 2.0 * round * pressure * area);
+    EXPECT_NEAR(sliding.y(), 0.8 * law.friction * pressure * area, 2.0 * round * pressure * area);
+    motion.V_TB_T = {};
+    motion.V_TB_T.w = Vec3(0.0, 0.0, omega);
+    spins.push_back(evaluate(contact, motion).F_B_T);
+    const double torque = law.friction * pressure * 2.0 / 3.0 * std::numbers::pi * std::pow(radius, 3);
+    EXPECT_NEAR(spins.back().t.z(), -torque, 5e-3 * torque);
+    const Mat3 tilt = Eigen::AngleAxisd(angle, Vec3::UnitY()).toRotationMatrix();
+    const Wrench tilted =
+        evaluate(contact, at_rest(tilt * Vec3(0.0, 0.0, 0.5 * height) - Vec3(0.0, 0.0, u), tilt)).F_B_T;
+    const double moment = law.stiffness_Pa_per_m * angle * 0.25 * std::numbers::pi * std::pow(radius, 4);
+    EXPECT_NEAR(-tilted.t.y(), moment, 0.02 * moment);
+  }
+  EXPECT_NEAR(spins[0].t.z(), spins[1].t.z(), 2e-3 * std::abs(spins[0].t.z()));
+}
+
+TEST(ContactResamplingOracle, ANutWithNeedlesTurnsOnItsBoltUnderTheSameForces) {
+  meshes::ScrewParameters p = meshes::iso_metric(16);
+  p.contact_edge *= 4.0;
+  p.bolt_columns = p.nut_columns = 24;
+  ContactParameters parameters;
+  parameters.friction = 0.2;
+  const ContactLaw law = contact_law(parameters);
+  const auto bolt = surface(mesh_of(meshes::make_bolt(p)));
+  const TriangleMesh nut = mesh_of(meshes::make_nut(p));
+  PolygonalContact good(sampled(nut, 0.002), bolt, law),
+      needles(sampled(with_needles(nut, 2), 0.002), bolt, law);
+  const double start_m = 3.0 * p.pitch - p.clearance * std::tan(std::numbers::pi / 6.0) - 1e-5;
+  double largest = 0.0;
+  for (int i = 0; i < 12; ++i) {
+    const double angle = -0.05 * i;
+    RelativeMotion motion = at_rest({0.0, 0.0, start_m + p.pitch * angle / (2.0 * std::numbers::pi)},
+                                    Eigen::AngleAxisd(angle, Vec3::UnitZ()).toRotationMatrix());
+    motion.V_TB_T.w = Vec3(0.0, 0.0, -5.0);
+    const Wrench a = evaluate(good, motion).F_B_T, b = evaluate(needles, motion).F_B_T;
+    largest = std::max(largest, a.f.norm());
+    EXPECT_LT((a.f - b.f).norm(), 1e-6 * a.f.norm());
+    EXPECT_LT((a.t - b.t).norm(), 1e-6 * a.f.norm() * p.pitch);
+  }
+  EXPECT_GT(largest, 0.1);
+}
+
 TEST(ContactResamplingOracle, TheAutomaticChoiceFollowsTheNeedles) {
   const auto chosen = [](const TriangleMesh& mesh, double edge_m) {
     return sampled(mesh, edge_m, ContactResampling::automatic)->resampling();
