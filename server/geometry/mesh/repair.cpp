@@ -210,7 +210,7 @@ class Repairer {
     if (!flat.empty() && flat_ == 0) flat_place_ = centre(mesh().triangles[flat.front()]);
     const std::size_t found = flat.size();
     for (int pass = 0; pass < kPasses && !flat.empty(); ++pass) {
-      if (!turn(flat) && !weld_short_edges(flat)) break;
+      if (!weld_short_edges(flat) && !turn(flat)) break;
       flat = flat_faces();
     }
     if (flat_ + found > flat.size()) {
