@@ -110,7 +110,7 @@ void expect_moments_of_regions(const TriangleMesh& mesh, double edge_m) {
     double shown = 0.0;
     for (const TriangleCorners& c : element_triangles_B(*s, e))
       shown += 0.5 * (c[1] - c[0]).cross(c[2] - c[0]).dot(data.normal(e));
-    EXPECT_GT(shown, data.area_m2[e] * (1.0 - 1e-5));
+    EXPECT_GT(shown, data.area_m2[e] - 1e-7 * edge_m * edge_m);
   }
   for (std::size_t r = 0; r < area.size(); ++r) {
     EXPECT_NEAR(sampled_area[r], area[r], 1e-10 * area[r]);
@@ -195,7 +195,7 @@ TEST(ContactResamplingOracle, AFlatPressIsTheClosedForm) {
 TEST(ContactResamplingOracle, ABallPressedIntoAPlateHasTheForceOfItsDepths) {
   // Depths R - |x| over the disc in which the plane of the plate cuts the ball, at the height h below its centre:
   // pi R a^2 - 2/3 pi (R^3 - h^3). The facets of the ball lie up to 2 % of the depth inside of it.
-  const double radius = 0.05, u = 2e-3, height = radius - u;
+  const double radius = 0.02, u = 1e-3, height = radius - u;
   const ContactLaw law = frictionless_law();
   const auto target = surface(ball(radius, 5));
   const double exact = law.stiffness_Pa_per_m * std::numbers::pi *

@@ -120,7 +120,7 @@ class RegionFinder {
     found_.of_face.assign(data.faces.size(), -1);
     double largest = 0.0;
     for (const Vec3& v : data.vertices) largest = std::max(largest, v.cwiseAbs().maxCoeff());
-    flatness_m_ = kFlatness * largest;
+    found_.flatness_m = kFlatness * largest;
     for (const ContactFace& face : data.faces) areas_.push_back(area_vector(data.corners(face)));
   }
 
@@ -168,12 +168,12 @@ class RegionFinder {
       return false;
     const auto corner = data_.corners(data_.faces[static_cast<std::size_t>(f)]);
     return std::all_of(corner.begin(), corner.end(), [&](const Vec3& c) {
-      return std::abs(region.normal.dot(c - region.point)) <= flatness_m_;
+      return std::abs(region.normal.dot(c - region.point)) <= found_.flatness_m;
     });
   }
 
   const Data& data_;
-  double flatness_m_ = 0.0, weight_ = 0.0;
+  double weight_ = 0.0;
   std::vector<Vec3> areas_;
   FlatRegions found_;
 };
@@ -201,22 +201,71 @@ class RegionSampler {
 
   std::int32_t region_of(std::int32_t f) const { return regions_.of_face[static_cast<std::size_t>(f)]; }
 
-  /// Along the longest edge towards another region.
+  struct Run {
+    Vec3 from, to;
+    double length_m() const { return (to - from).norm(); }
+  };
+
+  /// Along the longest straight run of the rim, whose edges may be short. Of equally long ones a direction counts, not
+  /// the order of faces.
   void choose_axes() {
+    const Vec3 order = Vec3(1.0, 0.618, 0.382).normalized();
     origin_ = region_.point;
-    double longest = 0.0;
     x_ = region_.normal.unitOrthogonal();
-    for (const std::int32_t f : region_.faces) {
-      const auto corner = data_.corners(face(f));
-      for (std::size_t k = 0; k < 3; ++k) {
-        const Vec3 edge = corner[(k + 1) % 3] - corner[k];
-        if (region_of(face(f).neighbour[k]) == region_of(f) || !(edge.norm() > longest * (1.0 + 1e-9)))
-          continue;
-        longest = edge.norm();
-        x_ = (edge - region_.normal.dot(edge) * region_.normal).normalized();
-      }
+    double longest_m = 0.0, first = 0.0;
+    for (const Run& run : straight_runs()) {
+      const double length_m = run.length_m();
+      if (length_m < longest_m * (1.0 - kCellSlack)) continue;
+      const Vec3 along = run.to - run.from;
+      const Vec3 x = (along - region_.normal.dot(along) * region_.normal).normalized();
+      const double place = std::abs(order.dot(x));
+      if (length_m <= longest_m * (1.0 + kCellSlack) && place <= first) continue;
+      longest_m = std::max(longest_m, length_m);
+      first = place;
+      x_ = x;
     }
     y_ = region_.normal.cross(x_);
+  }
+
+  /// Of the rim's loops, beginning at their sharpest corners.
+  std::vector<Run> straight_runs() const {
+    std::map<std::uint32_t, std::uint32_t> next;  // vertices along the rim
+    for (const std::int32_t f : region_.faces)
+      for (std::size_t k = 0; k < 3; ++k)
+        if (region_of(face(f).neighbour[k]) != region_of(f))
+          next.try_emplace(face(f).vertex[k], face(f).vertex[(k + 1) % 3]);
+    std::vector<Run> runs;
+    while (!next.empty()) {
+      std::vector<Vec3> loop;
+      for (auto at = next.begin(); at != next.end();) {
+        loop.push_back(data_.vertices[at->first]);
+        const std::uint32_t to = at->second;
+        next.erase(at);
+        at = next.find(to);
+      }
+      add_runs(loop, runs);
+    }
+    return runs;
+  }
+
+  void add_runs(const std::vector<Vec3>& loop, std::vector<Run>& runs) const {
+    const std::size_t n = loop.size();
+    const auto at = [&](std::size_t i) -> const Vec3& { return loop[i % n]; };
+    std::size_t corner = 0;
+    double sharpest = 2.0;
+    for (std::size_t i = 0; i < n; ++i) {
+      const double cosine = (at(i + 1) - at(i)).normalized().dot((at(i) - at(i + n - 1)).normalized());
+      if (cosine < sharpest) sharpest = cosine, corner = i;
+    }
+    std::size_t begin = corner;
+    for (std::size_t i = corner + 1; i <= corner + n; ++i) {
+      const Vec3 along = (at(i + 1) - at(begin)).normalized(), beside = at(i) - at(begin);
+      const bool straight = i < corner + n && along.dot(beside) > 0.0 &&
+                            (beside - along.dot(beside) * along).norm() <= regions_.flatness_m;
+      if (straight) continue;
+      runs.push_back({at(begin), at(i)});
+      begin = i;
+    }
   }
 
   void choose_cells() {

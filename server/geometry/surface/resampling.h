@@ -39,13 +39,15 @@ struct FlatRegion {
 struct FlatRegions {
   std::vector<FlatRegion> regions;
   std::vector<std::int32_t> of_face;
+  double flatness_m =
+      0.0;  ///< largest distance of a vertex from the plane of its region, and of a rim from a line
 };
 
 FlatRegions find_flat_regions(const ContactSurface::Data& data);
 
-/// Elements of one region: cells of at most `spacing_m` in both directions, along the longest edge of the region's
-/// rim and across it. Together they have the area and the first moment of the area of the region, but for rounding.
-/// Same surface, same bits.
+/// Elements of one region: cells of at most `spacing_m` in both directions, along the longest straight run of the
+/// region's rim and across it. Together they have the area and the first moment of the area of the region, but for
+/// rounding. Same surface, same bits.
 std::vector<SurfaceSample> sample_region(const ContactSurface::Data& data, const FlatRegions& regions,
                                          std::size_t region, double spacing_m);
 
