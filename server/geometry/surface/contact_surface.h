@@ -17,7 +17,7 @@ namespace takt {
 double default_element_edge_m(const TriangleMesh& mesh);
 
 /// Whether the elements of the Base are cells of a grid over each flat region (resampling.h) instead of pieces of its
-/// triangles: where that does away with slender elements on a tenth of the surface, always, or never.
+/// triangles: where that does away with slender elements on a quarter of the surface, always, or never.
 enum class ContactResampling : std::uint8_t { automatic, always, never };
 
 struct ContactSurfaceOptions {
