@@ -167,7 +167,8 @@ void describe(Fields& f, ScenarioContact& s) {
       "resample", s.resample, resampling_words(),
       "Contact elements are cells of a grid over each flat face, of at most half of element_edge_m, instead "
       "of "
-      "pieces of the triangles; auto: where that does away with slender elements on a quarter of the surface.");
+      "pieces of the triangles; auto: where that does away with slender elements on a quarter of the "
+      "surface.");
   f.field("cache_unmoved_pairs", s.cache_unmoved_pairs, Flag{},
           "A pair that has not moved is not evaluated again.", kNotInModel);
   f.field("parallel", s.parallel, Flag{}, "Pairs are evaluated by several threads, where there are any.",
