@@ -66,7 +66,7 @@ struct ScenarioContact {
   std::vector<ScenarioContactPair> pairs;
   /// Elements are divided down to this edge; 0: the mesh's own triangles; unset: default_element_edge_m().
   std::optional<double> element_edge_m;
-  ContactResampling resample = ContactResampling::automatic;
+  ContactResampling resample = ContactResampling::never;
   bool cache_unmoved_pairs = true;
   bool parallel = false;
 };

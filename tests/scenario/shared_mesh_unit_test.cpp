@@ -102,7 +102,7 @@ TEST_F(SharedMeshTest, EachFileIsReadOnce) {
   for (int i = 0; i < 2; ++i) EXPECT_THROW((void)library.mesh(directory_ / "u.obj", 2.0), MeshError);
 }
 
-TEST_F(SharedMeshTest, NeedlesAreResampledAndReportedUnlessTheScenarioSaysOtherwise) {
+TEST_F(SharedMeshTest, NeedlesAreResampledAndReportedWhereTheScenarioAsksForIt) {
   directory_.write("n.obj", obj_text("n", prism(0.01, 0.02, 200, true)));
   const auto sentence = [](const CellModel& cell) {
     std::string all;
@@ -110,18 +110,20 @@ TEST_F(SharedMeshTest, NeedlesAreResampledAndReportedUnlessTheScenarioSaysOtherw
       if (note.sentence.find("contact elements are") != std::string::npos) all += note.sentence + "\n";
     return all;
   };
-  const auto by_itself = load("mesh: n.obj", "mesh: u.obj");
+  const auto by_itself = load("mesh: n.obj", "mesh: u.obj", "{resample: auto}");
   EXPECT_THAT(sentence(*by_itself),
               AllOf(HasSubstr("A: its contact elements are "), HasSubstr("cells of at most 2 mm"),
                     HasSubstr("`contact.components.A.resample: never`"), Not(HasSubstr("B: its"))));
-  const auto never = load("mesh: n.obj", "mesh: u.obj", "{components: {A: {resample: never}}}");
+  const auto never =
+      load("mesh: n.obj", "mesh: u.obj", "{resample: auto, components: {A: {resample: never}}}");
   EXPECT_EQ(sentence(*never), "");
   EXPECT_NE(model_hash(*never), model_hash(*by_itself));
-  EXPECT_EQ(model_hash(*load("mesh: n.obj", "mesh: u.obj", "{resample: never}")), model_hash(*never));
+  EXPECT_EQ(model_hash(*load("mesh: n.obj", "mesh: u.obj")), model_hash(*never));
   EXPECT_THAT(sentence(*load("mesh: n.obj", "mesh: u.obj", "{resample: always}")),
               AllOf(HasSubstr("A: its"), HasSubstr("B: its")));
   // One mesh, two kinds of elements.
-  const auto both = load("mesh: n.obj", "mesh: n.obj", "{components: {B: {resample: never}}}");
+  const auto both =
+      load("mesh: n.obj", "mesh: n.obj", "{resample: auto, components: {B: {resample: never}}}");
   EXPECT_NE(both->contact.surfaces.at(0), both->contact.surfaces.at(1));
   EXPECT_THAT(
       [&] { load("mesh: n.obj", "mesh: u.obj", "{resample: sometimes}"); },
