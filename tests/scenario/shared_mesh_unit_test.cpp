@@ -112,7 +112,7 @@ TEST_F(SharedMeshTest, NeedlesAreResampledAndReportedWhereTheScenarioAsksForIt) 
   };
   const auto by_itself = load("mesh: n.obj", "mesh: u.obj", "{resample: auto}");
   EXPECT_THAT(sentence(*by_itself),
-              AllOf(HasSubstr("A: its contact elements are "), HasSubstr("cells of at most 2 mm"),
+              AllOf(HasSubstr("A: its contact elements are "), HasSubstr("cells of at most 2.47 mm"),
                     HasSubstr("`contact.components.A.resample: never`"), Not(HasSubstr("B: its"))));
   const auto never =
       load("mesh: n.obj", "mesh: u.obj", "{resample: auto, components: {A: {resample: never}}}");
