@@ -61,10 +61,12 @@ std::uint64_t number_or(const Json& object, const char* key, const std::string& 
   return number(object, key, place, &fallback);
 }
 
+}  // namespace
+
 /// The chunks of a file, and the nodes of its scene.
-class Description {
+class GlbDescription {
  public:
-  explicit Description(std::string content) : content_(std::move(content)) {
+  explicit GlbDescription(std::string content) : content_(std::move(content)) {
     split();
     read_nodes();
   }
@@ -226,10 +228,12 @@ class Description {
   std::vector<bool> seen_;  ///< by node
 };
 
+namespace {
+
 /// Checks the meshes of some nodes, and keeps what assimp needs of them.
 class MeshSelection {
  public:
-  explicit MeshSelection(const Description& file) : file_(file) {}
+  explicit MeshSelection(const GlbDescription& file) : file_(file) {}
 
   void read_meshes(CheckedGlb& glb) {
     Json nodes = Json::array(), roots = Json::array();
@@ -409,7 +413,7 @@ class MeshSelection {
     }
   }
 
-  const Description& file_;
+  const GlbDescription& file_;
   // What is kept, and its numbers by those in the file.
   Json meshes_ = Json::array(), accessors_ = Json::array(), views_ = Json::array();
   std::string data_;
@@ -421,22 +425,19 @@ class MeshSelection {
 
 }  // namespace
 
-struct GlbDocument::Parsed : Description {
-  using Description::Description;
-};
-
-GlbDocument::GlbDocument(std::string content) : parsed_(std::make_unique<const Parsed>(std::move(content))) {}
+GlbDocument::GlbDocument(std::string content)
+    : description_(std::make_unique<const GlbDescription>(std::move(content))) {}
 GlbDocument::~GlbDocument() = default;
 
 const GlbNodes& GlbDocument::nodes() const {
-  return parsed_->nodes();
+  return description_->nodes();
 }
 
 CheckedGlb GlbDocument::checked(const std::string& node) const {
   CheckedGlb result;
   result.last = nodes().size();
   if (!node.empty()) std::tie(result.first, result.last) = find_glb_node(nodes(), node);
-  MeshSelection(*parsed_).read_meshes(result);
+  MeshSelection(*description_).read_meshes(result);
   return result;
 }
 

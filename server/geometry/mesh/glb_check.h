@@ -24,6 +24,8 @@ struct CheckedGlb {
   std::string first_passed_over;  ///< meshes[M].primitives[P]
 };
 
+class GlbDescription;
+
 /// The description of a file, parsed once. All calls throw MeshFault with the place (mesh, node, accessor) of an
 /// invalid value. Source: glTF 2.0, sections 3.5 to 3.7 and 4.4.
 class GlbDocument {
@@ -38,8 +40,7 @@ class GlbDocument {
   CheckedGlb checked(const std::string& node = {}) const;
 
  private:
-  struct Parsed;
-  std::unique_ptr<const Parsed> parsed_;
+  std::unique_ptr<const GlbDescription> description_;
 };
 
 }  // namespace takt

@@ -83,7 +83,7 @@ std::vector<NamedMesh> GlbFile::objects(const std::string& node) const {
         {MeshDiagnosticKind::no_faces, MeshSeverity::info, glb.passed_over, 0.0, Vec3::Zero(),
          counted(glb.passed_over, "primitive draws", "primitives draw") +
              " lines or points, which bound nothing, the first is " + glb.first_passed_over,
-         "nothing to do: they are passed over"});
+         std::string(remedy_of(MeshDiagnosticKind::no_faces))});
   return objects;
 }
 
