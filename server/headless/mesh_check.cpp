@@ -40,8 +40,8 @@ void print_table(std::ostream& out, const std::vector<MeshDiagnostic>& findings)
 }
 
 /// The nodes of a GLB file that has several, each as a mesh of its own.
-void print_nodes(std::ostream& out, const std::filesystem::path& file, double scale) {
-  const std::vector<MeshNode> nodes = list_mesh_nodes(file, scale);
+void print_nodes(std::ostream& out, const std::filesystem::path& file, double scale, MeshFiles& files) {
+  const std::vector<MeshNode> nodes = list_mesh_nodes(file, scale, files);
   if (nodes.size() < 2) return;
   const MeshPath path = split_mesh_path(file);
   out << nodes.size() << " nodes; one of them is the mesh " << path.file.filename().string()
@@ -49,7 +49,7 @@ void print_nodes(std::ostream& out, const std::filesystem::path& file, double sc
   std::size_t widest = 0;
   for (const MeshNode& node : nodes) widest = std::max(widest, node.path.size());
   for (const MeshNode& node : nodes) {
-    const RepairedMesh mesh = import_and_repair(path.file.string() + "#" + node.path, scale);
+    const RepairedMesh mesh = import_and_repair(path.file.string() + "#" + node.path, scale, files);
     out << "  " << std::left << std::setw(static_cast<int>(widest) + 2) << node.path;
     const bool has_below = std::any_of(nodes.begin(), nodes.end(), [&](const MeshNode& other) {
       return other.path.starts_with(node.path + "/");
@@ -73,7 +73,8 @@ void print_odd_size(std::ostream& out, const TriangleMesh& mesh, double scale) {
 }  // namespace
 
 bool print_mesh_check(std::ostream& out, const std::filesystem::path& file, const MeshCheckOptions& options) {
-  RepairedMesh repaired = import_and_repair(file, options.scale);
+  MeshFiles files;
+  RepairedMesh repaired = import_and_repair(file, options.scale, files);
   const bool usable = repaired.problem.empty();
   out << file.string() << ": ";
   print_facts(out, repaired.mesh);
@@ -88,7 +89,7 @@ bool print_mesh_check(std::ostream& out, const std::filesystem::path& file, cons
   } else {
     out << '\n';
   }
-  print_nodes(out, file, options.scale);
+  print_nodes(out, file, options.scale, files);
   std::stable_sort(repaired.findings.begin(), repaired.findings.end(),
                    [](const MeshDiagnostic& a, const MeshDiagnostic& b) { return a.severity > b.severity; });
   if (!repaired.mesh.vertices.empty()) print_odd_size(out, repaired.mesh, options.scale);

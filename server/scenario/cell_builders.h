@@ -24,7 +24,7 @@ std::shared_ptr<SharedMesh> import_component_mesh(const std::string& component,
 
 /// node_poses.cpp: the scenario with the poses that follow from `at_node`; none if no component has it. Throws
 /// MeshError.
-std::optional<Scenario> placed_at_nodes(const Scenario& scenario);
+std::optional<Scenario> placed_at_nodes(const Scenario& scenario, MeshFiles& files);
 
 /// A note for each warning of check_mesh_quality.
 void note_contact_risks(const std::string& component, SharedMesh& mesh, double element_edge_m,

@@ -44,6 +44,7 @@ ScenarioContactComponent of_component(const Scenario& scenario, const std::strin
     if (!glob_match(entry.name, name)) continue;
     result.stated.replace_by(entry.stated);
     if (entry.element_edge_m) result.element_edge_m = entry.element_edge_m;
+    if (entry.resample) result.resample = entry.resample;
     if (entry.role != ContactRole::by_rule) result.role = entry.role;
   }
   return result;
@@ -186,6 +187,20 @@ void add_pairs(const Scenario& scenario, const std::vector<ScenarioContactCompon
   cell.contact.pairs = std::move(pairs);
 }
 
+void note_resampling(const std::string& component, const ResamplingReport& report, CellModel& cell) {
+  if (report.spacing_m == 0.0) return;
+  const auto percent = [](double share) { return number_text(100.0 * share, 2) + " %"; };
+  cell.import_notes.push_back(
+      {component,
+       component + ": its contact elements are " + std::to_string(report.elements) + " cells of at most " +
+           number_text(1e3 * report.spacing_m, 3) + " mm on its flat faces, in place of " +
+           std::to_string(report.elements_before) +
+           " pieces of its triangles; elements longer than 10 widths have " + percent(report.slender_share) +
+           " of its surface, as pieces of triangles " + percent(report.slender_share_before) +
+           ". `contact.components." + component + ".resample: never` keeps the triangles.",
+       {}});
+}
+
 }  // namespace
 
 void add_grip_friction(const Scenario& scenario, CellModel& cell) {
@@ -217,11 +232,13 @@ void add_contact(const Scenario& scenario, const SharedMeshes& meshes, CellModel
   for (std::size_t c = 0; c < cell.components.size(); ++c) {
     said.push_back(of_component(scenario, cell.components[c].name));
     try {
-      contact.surfaces.push_back(meshes[c]->surface({element_edge_m(scenario, said[c], *meshes[c])}));
+      contact.surfaces.push_back(meshes[c]->surface({element_edge_m(scenario, said[c], *meshes[c]),
+                                                     said[c].resample.value_or(scenario.contact.resample)}));
     } catch (const std::invalid_argument& error) {
       throw ScenarioError(scenario.file.string() + ": " + cell.components[c].name + " (" +
                           cell.description.components[c].mesh_uri + "): contact: " + error.what());
     }
+    note_resampling(cell.components[c].name, contact.surfaces.back()->resampling(), cell);
   }
   add_pairs(scenario, said, cell);
 }

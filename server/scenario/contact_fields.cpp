@@ -121,6 +121,12 @@ struct FrictionTable {
   }
 };
 
+Choice<ContactResampling> resampling_words() {
+  return {{{"auto", ContactResampling::automatic},
+           {"always", ContactResampling::always},
+           {"never", ContactResampling::never}}};
+}
+
 }  // namespace
 
 void describe(Fields& f, ScenarioContactComponent& s) {
@@ -128,6 +134,7 @@ void describe(Fields& f, ScenarioContactComponent& s) {
   describe(f, s.stated);
   f.field("element_edge_m", s.element_edge_m, not_negative("m"),
           "Longest edge of contact elements; 0: the triangles of the mesh.");
+  f.field("resample", s.resample, resampling_words(), "As `resample` of `contact`, for this component.");
   f.field(
       "role", s.role,
       Choice<ContactRole>{
@@ -156,6 +163,12 @@ void describe(Fields& f, ScenarioContact& s) {
   f.field("element_edge_m", s.element_edge_m, not_negative("m"),
           "Longest edge of contact elements; 0: the triangles of the mesh; without it: chosen by the size of "
           "each component.");
+  f.field(
+      "resample", s.resample, resampling_words(),
+      "Contact elements are cells of a grid over each flat face, of at most half of element_edge_m, instead "
+      "of "
+      "pieces of the triangles; auto: where that does away with slender elements on a quarter of the "
+      "surface.");
   f.field("cache_unmoved_pairs", s.cache_unmoved_pairs, Flag{},
           "A pair that has not moved is not evaluated again.", kNotInModel);
   f.field("parallel", s.parallel, Flag{}, "Pairs are evaluated by several threads, where there are any.",

@@ -24,9 +24,9 @@ const char* method_name(ConvexSource::Kind kind) {
   return "hull";
 }
 
-std::vector<ConvexShape> hulls_of_objects(const std::filesystem::path& file, double scale) {
+std::vector<ConvexShape> hulls_of_objects(const std::filesystem::path& file, double scale, MeshFiles& files) {
   std::vector<ConvexShape> shapes;
-  for (const NamedMesh& object : import_mesh_objects(file, scale)) {
+  for (const NamedMesh& object : import_mesh_objects(file, scale, files)) {
     try {
       shapes.push_back(ConvexShape::from_points(convex_hull_vertices(object.mesh.vertices)));
     } catch (const std::invalid_argument& error) {
@@ -46,8 +46,9 @@ std::string percent(double share) {
 
 }  // namespace
 
-ConvexImporter::ConvexImporter(const Scenario& scenario, const ImportOptions& options, CellModel& cell)
-    : scenario_(scenario), options_(options), cell_(cell), cache_(options.cache_directory) {}
+ConvexImporter::ConvexImporter(const Scenario& scenario, const ImportOptions& options, MeshFiles& files,
+                               CellModel& cell)
+    : scenario_(scenario), options_(options), files_(files), cell_(cell), cache_(options.cache_directory) {}
 
 std::vector<ConvexShape> ConvexImporter::shapes(const std::string& component,
                                                 const std::filesystem::path& file, double scale,
@@ -57,9 +58,9 @@ std::vector<ConvexShape> ConvexImporter::shapes(const std::string& component,
     case ConvexSource::Kind::hull:
       break;
     case ConvexSource::Kind::objects:
-      return hulls_of_objects(file, scale);
+      return hulls_of_objects(file, scale, files_);
     case ConvexSource::Kind::file:
-      return hulls_of_objects(source.file, scale);
+      return hulls_of_objects(source.file, scale, files_);
     case ConvexSource::Kind::vhacd:
       try {
         std::function<void(double)> progress;

@@ -18,7 +18,7 @@ namespace takt {
 class ConvexImporter {
  public:
   /// Figures and notes go into the cell.
-  ConvexImporter(const Scenario& scenario, const ImportOptions& options, CellModel& cell);
+  ConvexImporter(const Scenario& scenario, const ImportOptions& options, MeshFiles& files, CellModel& cell);
 
   /// The shapes as the source states, never empty. `solid` is the mesh of `file`, lengths multiplied by
   /// `scale`. Components of one mesh and one source share their shapes. Adds a ConvexImport, and an ImportNote
@@ -44,6 +44,7 @@ class ConvexImporter {
 
   const Scenario& scenario_;
   const ImportOptions& options_;
+  MeshFiles& files_;
   CellModel& cell_;
   DecompositionCache cache_;
   std::map<const SharedMesh*, std::vector<Made>> made_;

@@ -13,21 +13,21 @@ bool has_at_node(const std::vector<Item>& items) {
 }
 
 template <class Item>
-void place(std::vector<Item>& items) {
+void place(std::vector<Item>& items, MeshFiles& files) {
   for (Item& item : items) {
     if (!item.at_node) continue;
-    item.X_WB = item.X_WB * upright(list_mesh_nodes(item.mesh, item.mesh_scale).front().X_FN);
+    item.X_WB = item.X_WB * upright(list_mesh_nodes(item.mesh, item.mesh_scale, files).front().X_FN);
     item.at_node = false;
   }
 }
 
 }  // namespace
 
-std::optional<Scenario> placed_at_nodes(const Scenario& scenario) {
+std::optional<Scenario> placed_at_nodes(const Scenario& scenario, MeshFiles& files) {
   if (!has_at_node(scenario.parts) && !has_at_node(scenario.grounds)) return {};
   Scenario placed = scenario;
-  place(placed.parts);
-  place(placed.grounds);
+  place(placed.parts, files);
+  place(placed.grounds, files);
   return placed;
 }
 

@@ -210,7 +210,8 @@ void check_step(const Scenario& scenario, CellModel& cell) {
 }  // namespace
 
 std::shared_ptr<const CellModel> build_cell(const Scenario& stated, const ImportOptions& options) {
-  const std::optional<Scenario> placed = placed_at_nodes(stated);
+  MeshFiles files;
+  const std::optional<Scenario> placed = placed_at_nodes(stated, files);
   const Scenario& scenario = placed ? *placed : stated;
   auto cell = std::make_shared<CellModel>();
   cell->description.scenario = scenario.name;
@@ -232,7 +233,7 @@ std::shared_ptr<const CellModel> build_cell(const Scenario& stated, const Import
                        scenario.sleeping.method != ScenarioSleeping::Method::never};
   cell->interaction.step_s = scenario.step_s;
   cell->interaction.algorithm = interaction_algorithm(scenario.algorithm);
-  Import import{{}, ConvexImporter(scenario, options, *cell), {}};
+  Import import{MeshLibrary(files), ConvexImporter(scenario, options, files, *cell), {}};
   const SharedMeshes& meshes = import.meshes;
   for (const ScenarioPart& part : scenario.parts) add_part(scenario, part, import, *cell);
   for (const ScenarioGround& ground : scenario.grounds) add_ground(scenario, ground, import, *cell);

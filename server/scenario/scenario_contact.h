@@ -9,6 +9,7 @@
 
 #include "server/contact/surface/contact_law.h"
 #include "server/contact/surface/contact_model.h"
+#include "server/geometry/surface/contact_surface.h"
 
 namespace takt {
 
@@ -40,6 +41,7 @@ struct ScenarioContactComponent {
   std::string place;
   StatedContact stated;
   std::optional<double> element_edge_m;
+  std::optional<ContactResampling> resample;
   ContactRole role = ContactRole::by_rule;
 };
 
@@ -64,6 +66,7 @@ struct ScenarioContact {
   std::vector<ScenarioContactPair> pairs;
   /// Elements are divided down to this edge; 0: the mesh's own triangles; unset: default_element_edge_m().
   std::optional<double> element_edge_m;
+  ContactResampling resample = ContactResampling::never;
   bool cache_unmoved_pairs = true;
   bool parallel = false;
 };

@@ -2,6 +2,7 @@
 #include <utility>
 
 #include "idl/common/glob.h"
+#include "idl/common/text.h"
 #include "server/geometry/mesh/diagnostic.h"
 #include "server/geometry/mesh/solid_overlap.h"
 #include "server/scenario/cell_builders.h"

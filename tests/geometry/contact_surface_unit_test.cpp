@@ -46,7 +46,7 @@ TEST(ContactSurface, CornersOfElementsEqualThoseOfTheirPieces) {
     const auto s = surface(test::lattice_box({0.04, 0.03, 0.02}, std::array<int, 3>{2, 1, 1}), edge);
     const auto& data = s->data();
     for (std::size_t e = 0; e < data.element_count(); ++e) {
-      const auto corner = element_corners_B(*s, e);
+      const auto corner = element_triangles_B(*s, e).front();
       EXPECT_LT(((corner[0] + corner[1] + corner[2]) / 3.0 - data.point(e)).norm(), 1e-15);
       const Vec3 twice = (corner[1] - corner[0]).cross(corner[2] - corner[0]);
       EXPECT_NEAR(0.5 * twice.norm(), data.area_m2[e], 1e-15);

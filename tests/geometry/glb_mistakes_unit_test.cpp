@@ -15,7 +15,9 @@ namespace takt {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::AnyOf;
 using ::testing::HasSubstr;
+using ::testing::StartsWith;
 
 const std::string kTetrahedronJson =
     R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],)"
@@ -139,12 +141,14 @@ TEST_F(GlbFile, OptionalVariantsAreRead) {
             "4");
 }
 
-TEST(MeshDiagnostics, EachDiagnosticHasItsOwnWords) {
+TEST(MeshDiagnostics, EachDiagnosticHasItsOwnWordsAndARemedy) {
   using Kind = MeshDiagnosticKind;
   const std::pair<Kind, const char*> words[] = {
       {Kind::bad_vertex, "bad vertex"},
       {Kind::no_faces, "lines or points"},
       {Kind::joined_objects, "joined objects"},
+      {Kind::near_vertices, "near vertices"},
+      {Kind::touching_edges, "touching edges"},
       {Kind::split_edges, "vertices on edges"},
       {Kind::zero_area_faces, "faces without area"},
       {Kind::duplicate_faces, "duplicate faces"},
@@ -161,7 +165,14 @@ TEST(MeshDiagnostics, EachDiagnosticHasItsOwnWords) {
       {Kind::coarse, "coarse for contact"},
       {Kind::far_from_origin, "far from the origin"},
   };
-  for (const auto& [kind, text] : words) EXPECT_EQ(to_string(kind), text);
+  for (const auto& [kind, text] : words) {
+    EXPECT_EQ(to_string(kind), text);
+    // A step in a program, a key, or that there is nothing to do.
+    EXPECT_THAT(std::string(remedy_of(kind)),
+                AnyOf(HasSubstr("in Blender"), HasSubstr("in FreeCAD"), HasSubstr("contact.components.NAME."),
+                      StartsWith("nothing to do")))
+        << text;
+  }
 }
 
 }  // namespace

@@ -42,7 +42,8 @@ void turn_all(TriangleMesh& mesh) {
 /// The only finding.
 MeshDiagnostic only(const RepairedMesh& repaired) {
   EXPECT_EQ(repaired.findings.size(), 1U);
-  for (const MeshDiagnostic& finding : repaired.findings) EXPECT_NE(finding.remedy, "") << finding.sentence;
+  for (const MeshDiagnostic& finding : repaired.findings)
+    EXPECT_THAT(finding.remedy, HasSubstr(std::string(remedy_of(finding.kind)))) << finding.sentence;
   return repaired.findings.empty() ? MeshDiagnostic{} : repaired.findings.front();
 }
 
@@ -158,8 +159,7 @@ TEST(MeshRepair, FacesWithoutAreaAreRemoved) {
   EXPECT_NEAR(volume_properties(turned.mesh).volume, 4.8e-4, 1e-15);
 }
 
-TEST(MeshRepair, AFlatFaceThatCannotGoIsRefused) {
-  // Two vertices in one place: the flat face between them has no neighbour to be turned into.
+TEST(MeshRepair, FlatFacesBetweenVerticesInOnePlaceGoWithThem) {
   TriangleMesh mesh = block_mesh();
   const auto t = mesh.triangles[0];
   const auto copy = static_cast<std::uint32_t>(mesh.vertices.size());
@@ -168,10 +168,27 @@ TEST(MeshRepair, AFlatFaceThatCannotGoIsRefused) {
   mesh.triangles.push_back({t[0], t[1], copy});
   mesh.triangles.push_back({t[1], t[2], copy});
   const RepairedMesh repaired = repair_mesh(mesh);
-  EXPECT_THAT(repaired.problem, HasSubstr("has no area"));
-  EXPECT_EQ(only(repaired).severity, Severity::refused);
-  EXPECT_EQ(only(repaired).count, 2U);
-  EXPECT_THAT(only(repaired).remedy, HasSubstr("merge the vertices"));
+  expect_box(repaired);
+  ASSERT_EQ(repaired.findings.size(), 2U);
+  EXPECT_EQ(repaired.findings[0].kind, Kind::zero_area_faces);
+  EXPECT_EQ(repaired.findings[0].count, 2U);
+  EXPECT_EQ(repaired.findings[1].kind, Kind::near_vertices);
+  EXPECT_EQ(repaired.findings[1].count, 1U);
+}
+
+TEST(MeshRepair, AFlatFaceThatCannotGoIsRefused) {
+  // It has no neighbour to be turned into.
+  TriangleMesh mesh = block_mesh();
+  const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+  for (const double x : {1.0, 2.0, 3.0}) mesh.vertices.emplace_back(x, 0.0, 0.0);
+  mesh.triangles.push_back({first, first + 1, first + 2});
+  const RepairedMesh repaired = repair_mesh(mesh);
+  EXPECT_NE(repaired.problem, "");
+  ASSERT_FALSE(repaired.findings.empty());
+  EXPECT_EQ(repaired.findings[0].kind, Kind::zero_area_faces);
+  EXPECT_EQ(repaired.findings[0].severity, Severity::refused);
+  EXPECT_EQ(repaired.findings[0].count, 1U);
+  EXPECT_THAT(repaired.findings[0].remedy, HasSubstr("Mesh > Merge > By Distance"));
 }
 
 TEST(MeshRepair, OpenEdgesAreRefusedWithNumberLengthAndPlace) {

@@ -66,13 +66,14 @@ TEST_F(MeshCheckTest, AUsableMeshHasATableWithoutFaults) {
 }
 
 TEST_F(MeshCheckTest, FaultyMeshesHaveATableOfTheirFaults) {
-  EXPECT_THAT(table("inside_out.obj", true),
-              AllOf(HasSubstr("repaired  inside out"), HasSubstr("1 closed shell is inside out"),
-                    HasSubstr("turned; export the mesh with normals outwards"), HasSubstr("\nUsable.\n")));
+  EXPECT_THAT(
+      table("inside_out.obj", true),
+      AllOf(HasSubstr("repaired  inside out"), HasSubstr("1 closed shell is inside out"),
+            HasSubstr("turned; in Blender: Mesh > Normals > Recalculate Outside"), HasSubstr("\nUsable.\n")));
   EXPECT_THAT(table("open.obj", false),
               AllOf(HasSubstr("refused   open edges"), HasSubstr("3 edges belong to one face only"),
-                    HasSubstr("Remedy: close the hole"), HasSubstr("\nUnusable: object 'open': the edge"),
-                    Not(HasSubstr("coarse"))));
+                    HasSubstr("Remedy: export a solid, not a surface (in FreeCAD: Part > Convert to Solid)"),
+                    HasSubstr("\nUnusable: object 'open': the edge"), Not(HasSubstr("coarse"))));
   EXPECT_THROW(table("missing.obj", false), MeshError);
 }
 
@@ -127,7 +128,9 @@ TEST_F(MeshCheckTest, ScenariosReportRepairedMeshes) {
               AllOf(HasSubstr("A: in inside_out.obj 1 closed shell is inside out"), HasSubstr("turned")));
   EXPECT_NEAR(cell->parts[0].p_BBcm.z(), 0.03, 1e-12);
   EXPECT_GT(cell->parts[0].I_BBcm_B(0, 0), 0.0);
-  EXPECT_THROW(build_cell(scenario("open.obj")), MeshError);
+  EXPECT_THAT([&] { build_cell(scenario("open.obj")); },
+              ThrowsMessage<MeshError>(AllOf(HasSubstr("`takt-run check-mesh "),
+                                             HasSubstr("open.obj` lists the faults and their remedies"))));
 }
 
 TEST_F(MeshCheckTest, ScenariosWithSurfaceContactReportUnsuitableMeshes) {

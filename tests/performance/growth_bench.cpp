@@ -99,7 +99,7 @@ int main(int argc, char** argv) {
     if (!to_a_million) sizes.resize(least);
     return sizes;
   };
-  grow("a sphere of 25 mm rolls on a plate, 50 um deep, 0.1 mm a step", up_to({3, 4, 5, 6, 7}, 4),
+  grow("a sphere of 25 mm rolls on a plate, 50 um deep, 0.1 mm a step", up_to({3, 4, 5, 6, 7, 8}, 4),
        [](double levels) {
          constexpr double kRadius_m = 0.025;
          return MovingPair{
@@ -111,13 +111,13 @@ int main(int argc, char** argv) {
              }};
        });
   grow("a peg of 24 flats slides along a flat of its hole, 5 um deep, 10 um a step",
-       up_to({4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4, 1.2e-4}, 5), [](double edge) {
+       up_to({4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4, 1.2e-4, 4e-5, 1e-5}, 5), [](double edge) {
          return MovingPair{meshes::make_peg("peg", {0.0099, 0.05, 0.002, 24, edge}),
                            meshes::make_bush("hole", {0.010, 0.03, 0.03, 0.01, 0.001, 24, edge}), [](int i) {
                              return Pose{Mat3::Identity(), Vec3(1.05e-4, 0.0, 0.02 - 1e-5 * i)};
                            }};
        });
-  grow("an M16 nut turns on its bolt, on the flanks, 0.4 degrees a step", up_to({4, 2, 1, 0.5, 0.3}, 3),
+  grow("an M16 nut turns on its bolt, on the flanks, 0.4 degrees a step", up_to({4, 2, 1, 0.5, 0.3, 0.2}, 3),
        [](double coarse) {
          meshes::ScrewParameters p = meshes::iso_metric(16);
          p.contact_edge *= coarse;

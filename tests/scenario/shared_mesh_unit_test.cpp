@@ -7,13 +7,17 @@
 #include "server/geometry/mesh/import.h"
 #include "server/scenario/scenario_builder.h"
 #include "server/simulation/model/model_hash.h"
+#include "tests/support/contact_meshes.h"
+#include "tests/support/glb_file.h"
 #include "tests/support/hollow_bodies.h"
 #include "tests/support/temporary_directory.h"
 
 namespace takt::test {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
+using testing::Not;
 
 class SharedMeshTest : public testing::Test {
  protected:
@@ -89,12 +93,53 @@ TEST_F(SharedMeshTest, WhatIsStatedForOneComponentIsItsOwn) {
 }
 
 TEST_F(SharedMeshTest, EachFileIsReadOnce) {
-  MeshLibrary library;
+  MeshFiles files;
+  MeshLibrary library(files);
   const auto first = library.mesh(directory_ / "u.obj", 1.0);
   directory_.write("u.obj", "no mesh");
   EXPECT_EQ(library.mesh(directory_ / "u.obj", 1.0), first);
   // A mesh that cannot be read is asked for again.
   for (int i = 0; i < 2; ++i) EXPECT_THROW((void)library.mesh(directory_ / "u.obj", 2.0), MeshError);
+}
+
+TEST_F(SharedMeshTest, NeedlesAreResampledAndReportedWhereTheScenarioAsksForIt) {
+  directory_.write("n.obj", obj_text("n", prism(0.01, 0.02, 200, true)));
+  const auto sentence = [](const CellModel& cell) {
+    std::string all;
+    for (const ImportNote& note : cell.import_notes)
+      if (note.sentence.find("contact elements are") != std::string::npos) all += note.sentence + "\n";
+    return all;
+  };
+  const auto by_itself = load("mesh: n.obj", "mesh: u.obj", "{resample: auto}");
+  EXPECT_THAT(sentence(*by_itself),
+              AllOf(HasSubstr("A: its contact elements are "), HasSubstr("cells of at most 2.47 mm"),
+                    HasSubstr("`contact.components.A.resample: never`"), Not(HasSubstr("B: its"))));
+  const auto never =
+      load("mesh: n.obj", "mesh: u.obj", "{resample: auto, components: {A: {resample: never}}}");
+  EXPECT_EQ(sentence(*never), "");
+  EXPECT_NE(model_hash(*never), model_hash(*by_itself));
+  EXPECT_EQ(model_hash(*load("mesh: n.obj", "mesh: u.obj")), model_hash(*never));
+  EXPECT_THAT(sentence(*load("mesh: n.obj", "mesh: u.obj", "{resample: always}")),
+              AllOf(HasSubstr("A: its"), HasSubstr("B: its")));
+  // One mesh, two kinds of elements.
+  const auto both =
+      load("mesh: n.obj", "mesh: n.obj", "{resample: auto, components: {B: {resample: never}}}");
+  EXPECT_NE(both->contact.surfaces.at(0), both->contact.surfaces.at(1));
+  EXPECT_THAT(
+      [&] { load("mesh: n.obj", "mesh: u.obj", "{resample: sometimes}"); },
+      testing::ThrowsMessage<ScenarioError>(AllOf(HasSubstr("contact.resample"), HasSubstr("auto, always"))));
+}
+
+TEST_F(SharedMeshTest, AGlbFileIsReadOnceForAllItsNodes) {
+  directory_.write("cell.glb", glb_cell());
+  MeshFiles files;
+  MeshLibrary library(files);
+  const std::string file = (directory_ / "cell.glb").string();
+  const auto housing = library.mesh(file + "#Housing", 1.0);
+  directory_.write("cell.glb", "no mesh");
+  EXPECT_EQ(library.mesh(file + "#Frame/Bolt", 1.0)->mesh().triangles.size(), 4U);
+  EXPECT_EQ(list_mesh_nodes(file + "#Housing", 1.0, files).size(), 1U);
+  EXPECT_THROW((void)list_mesh_nodes(file, 1.0), MeshError);
 }
 
 }  // namespace

@@ -79,6 +79,40 @@ inline TriangleMesh ball(double radius, int levels) {
   return mesh;
 }
 
+/// A prism of n sides: its end faces are fans around their middles, or strips of needles from side to side.
+inline TriangleMesh prism(double radius, double height, std::uint32_t n, bool of_needles) {
+  TriangleMesh mesh;
+  for (const double z : {-0.5 * height, 0.5 * height})
+    for (std::uint32_t i = 0; i < n; ++i) {
+      const double angle = 2.0 * std::numbers::pi * i / n;
+      mesh.vertices.emplace_back(radius * std::cos(angle), radius * std::sin(angle), z);
+    }
+  for (std::uint32_t i = 0; i < n; ++i) {
+    const std::uint32_t next = (i + 1) % n;
+    mesh.triangles.push_back({i, next, n + next});
+    mesh.triangles.push_back({i, n + next, n + i});
+  }
+  for (const std::uint32_t base : {0U, n}) {
+    const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+      if (base == 0) std::swap(b, c);
+      mesh.triangles.push_back({a, b, c});
+    };
+    if (of_needles) {
+      for (std::uint32_t low = 0, high = n - 1; low + 1 < high;) {
+        add(base + low, base + low + 1, base + high);
+        if (++low + 1 >= high) break;
+        add(base + low, base + high - 1, base + high);
+        --high;
+      }
+    } else {
+      const auto middle = static_cast<std::uint32_t>(mesh.vertices.size());
+      mesh.vertices.emplace_back(0.0, 0.0, base == 0 ? -0.5 * height : 0.5 * height);
+      for (std::uint32_t i = 0; i < n; ++i) add(base + i, base + (i + 1) % n, middle);
+    }
+  }
+  return mesh;
+}
+
 /// Around the z axis.
 inline TriangleMesh torus(double ring_radius, double tube_radius, std::uint32_t around,
                           std::uint32_t across) {

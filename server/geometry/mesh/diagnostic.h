@@ -13,6 +13,8 @@ enum class MeshDiagnosticKind : std::uint8_t {
   bad_vertex,         ///< not finite, or missing
   no_faces,           ///< lines and points, which bound nothing; figure: 0
   joined_objects,     ///< closed together only; figure: 0
+  near_vertices,      ///< equal within single precision; figure: their largest distance (m)
+  touching_edges,     ///< of bodies that touch there; figure: 0
   split_edges,        ///< with vertices on them; figure: largest distance of such a vertex (m)
   zero_area_faces,    ///< figure: 0
   duplicate_faces,    ///< figure: 0
@@ -31,6 +33,9 @@ enum class MeshDiagnosticKind : std::uint8_t {
 };
 /// "duplicate faces"
 std::string_view to_string(MeshDiagnosticKind kind);
+
+/// What a person can do about it, in a program that is at hand or by a key of takt: a step, without full stop.
+std::string_view remedy_of(MeshDiagnosticKind kind);
 
 enum class MeshSeverity : std::uint8_t {
   info,      ///< for information

@@ -3,7 +3,9 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
 #include <tuple>
 #include <utility>
@@ -59,57 +61,32 @@ std::uint64_t number_or(const Json& object, const char* key, const std::string& 
   return number(object, key, place, &fallback);
 }
 
-class GlbCheck {
- public:
-  explicit GlbCheck(std::string_view content) { split(content); }
+}  // namespace
 
-  GlbNodes read_nodes() {
-    for (const char* list : {"nodes", "meshes", "accessors", "bufferViews", "buffers", "scenes"}) {
-      const Json* items = member(document_, list);
-      if (items != nullptr && !items->is_array()) throw MeshFault(std::string(list) + " is no list");
-    }
-    seen_.assign(count("nodes"), false);
-    const Json& scene = item("scenes", number_or(document_, "scene", "the file", 0), "the file");
-    for (const std::uint64_t node : references(scene, "nodes", "the scene")) read_node(node, "the scene");
-    return found_;
+/// The chunks of a file, and the nodes of its scene.
+class GlbDescription {
+ public:
+  explicit GlbDescription(std::string content) : content_(std::move(content)) {
+    split();
+    read_nodes();
   }
 
-  /// After read_nodes().
-  void read_meshes(CheckedGlb& glb) {
-    // Placeholder for content that no mesh needs.
-    views_ = Json(count("bufferViews"), {{"buffer", 0}, {"byteLength", 1}});
-    accessors_ = Json(count("accessors"), {{"componentType", kFloat}, {"count", 1}, {"type", "SCALAR"}});
-    meshes_ = Json(count("meshes"), {{"primitives", Json::array()}});
-    triangles_.assign(count("meshes"), 0);
-    was_read_.assign(count("meshes"), false);
-    Json nodes = Json::array(), roots = Json::array();
-    for (std::size_t i = glb.first; i < glb.last; ++i) {
-      if (!found_[i].mesh) continue;
-      const std::string place = named("nodes", found_[i].number);
-      read_mesh(*found_[i].mesh, place);
-      shown_ += triangles_[*found_[i].mesh];
-      if (shown_ > kMaxGlbTriangles)
-        throw MeshFault("with " + place + " there are more than " + std::to_string(kMaxGlbTriangles) +
-                        " triangles to be seen");
-      if (meshes_[*found_[i].mesh]["primitives"].empty()) continue;
-      roots.push_back(nodes.size());
-      nodes.push_back({{"name", std::to_string(i)}, {"mesh", *found_[i].mesh}});
-    }
-    const Json result{{"asset", {{"version", "2.0"}}},
-                      {"scene", 0},
-                      {"scenes", {{{"nodes", roots}}}},
-                      {"nodes", nodes},
-                      {"meshes", meshes_},
-                      {"accessors", accessors_},
-                      {"bufferViews", views_},
-                      {"buffers", {{{"byteLength", binary_.size()}}}}};
-    if (!nodes.empty()) glb.bytes = assembled(result.dump());
-    glb.passed_over = passed_over_;
-    glb.first_passed_over = first_passed_over_;
+  const GlbNodes& nodes() const { return found_; }
+  std::string_view binary() const { return binary_; }
+  std::size_t count(const char* list) const {
+    const Json* items = member(document_, list);
+    return items == nullptr ? 0 : items->size();
+  }
+  const Json& item(const char* list, std::uint64_t index, const std::string& from) const {
+    if (index >= count(list))
+      throw MeshFault(from + " refers to " + named(list, index) + ", of which there are " +
+                      std::to_string(count(list)));
+    return document_[list][index];
   }
 
  private:
-  void split(std::string_view content) {
+  void split() {
+    const std::string_view content = content_;
     if (content.size() < kGlbHeader + kChunkHeader || !content.starts_with("glTF"))
       throw MeshFault("a GLB file starts with the word glTF and a header of 20 bytes, this file does not (" +
                       std::to_string(content.size()) + " bytes)");
@@ -141,32 +118,16 @@ class GlbCheck {
     }
   }
 
-  std::string assembled(std::string json) const {
-    json.resize((json.size() + 3) / 4 * 4, ' ');
-    const std::size_t padding = (4 - binary_.size() % 4) % 4;
-    std::string bytes = "glTF";
-    put_u32(bytes, 2);
-    put_u32(bytes, kGlbHeader + 2 * kChunkHeader + json.size() + binary_.size() + padding);
-    put_u32(bytes, json.size());
-    put_u32(bytes, kJsonChunk);
-    bytes += json;
-    put_u32(bytes, binary_.size() + padding);
-    put_u32(bytes, kBinaryChunk);
-    bytes += binary_;
-    bytes.append(padding, '\0');
-    return bytes;
+  void read_nodes() {
+    for (const char* list : {"nodes", "meshes", "accessors", "bufferViews", "buffers", "scenes"}) {
+      const Json* items = member(document_, list);
+      if (items != nullptr && !items->is_array()) throw MeshFault(std::string(list) + " is no list");
+    }
+    seen_.assign(count("nodes"), false);
+    const Json& scene = item("scenes", number_or(document_, "scene", "the file", 0), "the file");
+    for (const std::uint64_t node : references(scene, "nodes", "the scene")) read_node(node, "the scene");
   }
 
-  std::size_t count(const char* list) const {
-    const Json* items = member(document_, list);
-    return items == nullptr ? 0 : items->size();
-  }
-  const Json& item(const char* list, std::uint64_t index, const std::string& from) const {
-    if (index >= count(list))
-      throw MeshFault(from + " refers to " + named(list, index) + ", of which there are " +
-                      std::to_string(count(list)));
-    return document_[list][index];
-  }
   static std::vector<std::uint64_t> references(const Json& object, const char* key,
                                                const std::string& place) {
     std::vector<std::uint64_t> numbers;
@@ -260,51 +221,124 @@ class GlbCheck {
     found.X_PN.p << t[0], t[1], t[2];
   }
 
-  void read_mesh(std::uint64_t index, const std::string& from) {
-    if (was_read_[index]) return;
-    was_read_[index] = true;
-    const Json& mesh = item("meshes", index, from);
-    Json& kept = meshes_[index];
+  std::string content_;
+  Json document_;
+  std::string_view binary_;  ///< in content_
+  GlbNodes found_;
+  std::vector<bool> seen_;  ///< by node
+};
+
+namespace {
+
+/// Checks the meshes of some nodes, and keeps what assimp needs of them.
+class MeshSelection {
+ public:
+  explicit MeshSelection(const GlbDescription& file) : file_(file) {}
+
+  void read_meshes(CheckedGlb& glb) {
+    Json nodes = Json::array(), roots = Json::array();
+    std::uint64_t shown = 0;
+    for (std::size_t i = glb.first; i < glb.last; ++i) {
+      const GlbNode& node = file_.nodes()[i];
+      if (!node.mesh) continue;
+      const std::string place = named("nodes", node.number);
+      const Mesh& mesh = read_mesh(*node.mesh, place);
+      shown += mesh.triangles;
+      if (shown > kMaxGlbTriangles)
+        throw MeshFault("with " + place + " there are more than " + std::to_string(kMaxGlbTriangles) +
+                        " triangles to be seen");
+      if (!mesh.kept) continue;
+      roots.push_back(nodes.size());
+      nodes.push_back({{"name", std::to_string(i)}, {"mesh", *mesh.kept}});
+    }
+    const Json result{{"asset", {{"version", "2.0"}}},
+                      {"scene", 0},
+                      {"scenes", {{{"nodes", roots}}}},
+                      {"nodes", nodes},
+                      {"meshes", meshes_},
+                      {"accessors", accessors_},
+                      {"bufferViews", views_},
+                      {"buffers", {{{"byteLength", data_.size()}}}}};
+    if (!nodes.empty()) glb.bytes = assembled(result.dump());
+    glb.passed_over = passed_over_;
+    glb.first_passed_over = first_passed_over_;
+  }
+
+ private:
+  struct Mesh {
+    std::uint64_t triangles = 0;
+    std::optional<std::size_t> kept;  ///< its number in the result; none without faces
+  };
+  struct Accessor {
+    std::size_t kept = 0;  ///< its number in the result
+    std::uint64_t count = 0, size = 0, stride = 0;
+    std::uint64_t offset = 0;  ///< in the file's data
+  };
+
+  std::string assembled(std::string json) const {
+    json.resize((json.size() + 3) / 4 * 4, ' ');
+    std::string bytes = "glTF";
+    put_u32(bytes, 2);
+    put_u32(bytes, kGlbHeader + 2 * kChunkHeader + json.size() + data_.size());
+    put_u32(bytes, json.size());
+    put_u32(bytes, kJsonChunk);
+    bytes += json;
+    put_u32(bytes, data_.size());
+    put_u32(bytes, kBinaryChunk);
+    return bytes + data_;
+  }
+
+  const Mesh& read_mesh(std::uint64_t index, const std::string& from) {
+    const auto [known, is_new] = mesh_of_.try_emplace(index);
+    Mesh& result = known->second;
+    if (!is_new) return result;
+    const Json& mesh = file_.item("meshes", index, from);
     const std::string place = named("meshes", index);
     const Json* primitives = member(mesh, "primitives");
     if (primitives == nullptr || !primitives->is_array() || primitives->empty())
       throw MeshFault(place + " has no primitives");
+    Json kept = Json::array();
     for (std::size_t p = 0; p < primitives->size(); ++p) {
       const std::string primitive_place = place + ".primitives[" + std::to_string(p) + "]";
       if (number_or((*primitives)[p], "mode", primitive_place, kTriangles) < kTriangles) {
         if (passed_over_++ == 0) first_passed_over_ = primitive_place;
         continue;
       }
-      kept["primitives"].push_back(primitive((*primitives)[p], index, primitive_place));
+      kept.push_back(primitive((*primitives)[p], primitive_place, result.triangles));
     }
+    if (!kept.empty()) {
+      result.kept = meshes_.size();
+      meshes_.push_back({{"primitives", kept}});
+    }
+    return result;
   }
 
-  Json primitive(const Json& source, std::uint64_t mesh, const std::string& place) {
+  Json primitive(const Json& source, const std::string& place, std::uint64_t& triangles) {
     const std::uint64_t mode = number_or(source, "mode", place, kTriangles);
     if (mode > kFan) throw MeshFault(place + ": the mode " + std::to_string(mode) + " is unknown");
     const Json* attributes = member(source, "attributes");
     if (attributes == nullptr) throw MeshFault(place + " has no attributes");
-    const std::uint64_t position = number(*attributes, "POSITION", place);
-    const std::uint64_t vertices = read_accessor(position, {kFloat}, "VEC3", 3, place);
-    std::uint64_t corners = vertices;
-    Json kept{{"attributes", {{"POSITION", position}}}, {"mode", mode}};
+    const Accessor positions =
+        read_accessor(number(*attributes, "POSITION", place), {kFloat}, "VEC3", 3, place);
+    std::uint64_t corners = positions.count;
+    Json kept{{"attributes", {{"POSITION", positions.kept}}}, {"mode", mode}};
     if (source.contains("indices")) {
-      const std::uint64_t indices = number(source, "indices", place);
-      corners = read_accessor(indices, {kByte, kShort, kInt}, "SCALAR", 1, place);
-      check_indices(indices, corners, vertices, place);
-      kept["indices"] = indices;
+      const Accessor indices =
+          read_accessor(number(source, "indices", place), {kByte, kShort, kInt}, "SCALAR", 1, place);
+      corners = indices.count;
+      check_indices(indices, positions.count, place);
+      kept["indices"] = indices.kept;
     }
     // assimp 5.2.5 counts the triangles of a strip or fan as corners - 2 without a sign.
     if (mode > kTriangles && corners < 3)
       throw MeshFault(place + " has " + std::to_string(corners) + " corners; a strip or fan has 3 or more");
-    triangles_[mesh] += mode == kTriangles ? corners / 3 : corners;
+    triangles += mode == kTriangles ? corners / 3 : corners;
     return kept;
   }
 
-  /// Number of elements.
-  std::uint64_t read_accessor(std::uint64_t index, const std::set<std::uint64_t>& types, const char* shape,
-                              std::uint64_t components, const std::string& from) {
-    const Json& accessor = item("accessors", index, from);
+  Accessor read_accessor(std::uint64_t index, const std::set<std::uint64_t>& types, const char* shape,
+                         std::uint64_t components, const std::string& from) {
+    const Json& accessor = file_.item("accessors", index, from);
     const std::string place = named("accessors", index);
     const std::uint64_t type = number(accessor, "componentType", place);
     const Json* given = member(accessor, "type");
@@ -317,54 +351,61 @@ class GlbCheck {
     const std::uint64_t offset = number_or(accessor, "byteOffset", place, 0);
     const std::uint64_t items = number(accessor, "count", place);
     const std::uint64_t size = components * (type == kByte ? 1 : type == kShort ? 2 : 4);
-    const auto [length, given_stride] = read_view(view, place);
-    const std::uint64_t stride = given_stride == 0 ? size : given_stride;
+    const View bytes = read_view(view, place);
+    const std::uint64_t stride = bytes.stride == 0 ? size : bytes.stride;
     if (items == 0) throw MeshFault(place + ": its count is 0");
-    if (stride < size || offset + stride * (items - 1) + size > length)
+    if (stride < size || offset + stride * (items - 1) + size > bytes.length)
       throw MeshFault(place + ": " + std::to_string(items) + " items of " + std::to_string(size) +
                       " bytes from byte " + std::to_string(offset) + " on, " + std::to_string(stride) +
-                      " bytes apart, do not fit into the " + std::to_string(length) + " bytes of " +
+                      " bytes apart, do not fit into the " + std::to_string(bytes.length) + " bytes of " +
                       named("bufferViews", view));
-    accessors_[index] = {{"bufferView", view},
-                         {"byteOffset", offset},
-                         {"componentType", type},
-                         {"count", items},
-                         {"type", shape}};
-    return items;
+    Accessor result{0, items, size, stride, bytes.offset + offset};
+    const auto [known, is_new] = accessor_of_.try_emplace(index, accessors_.size());
+    result.kept = known->second;
+    if (is_new) keep(result, type, shape, bytes.stride > 0);
+    return result;
   }
 
-  std::pair<std::uint64_t, std::uint64_t> read_view(std::uint64_t index, const std::string& from) {
-    const Json& view = item("bufferViews", index, from);
+  /// The bytes of one accessor become a view of their own.
+  void keep(const Accessor& accessor, std::uint64_t type, const char* shape, bool has_stride) {
+    const std::size_t length = accessor.stride * (accessor.count - 1) + accessor.size;
+    Json view{{"buffer", 0}, {"byteOffset", data_.size()}, {"byteLength", length}};
+    if (has_stride) view["byteStride"] = accessor.stride;
+    accessors_.push_back({{"bufferView", views_.size()},
+                          {"byteOffset", 0},
+                          {"componentType", type},
+                          {"count", accessor.count},
+                          {"type", shape}});
+    views_.push_back(std::move(view));
+    data_ += file_.binary().substr(accessor.offset, length);
+    data_.resize((data_.size() + 3) / 4 * 4, '\0');
+  }
+
+  struct View {
+    std::uint64_t offset = 0, length = 0, stride = 0;  ///< stride 0: none is given
+  };
+  View read_view(std::uint64_t index, const std::string& from) const {
+    const Json& view = file_.item("bufferViews", index, from);
     const std::string place = named("bufferViews", index);
     const std::uint64_t buffer = number(view, "buffer", place);
-    const Json& of = item("buffers", buffer, place);
+    const Json& of = file_.item("buffers", buffer, place);
     if (buffer != 0 || of.contains("uri"))
       throw MeshFault(place + ": " + named("buffers", buffer) + " does not lie in this file, which it must");
-    const std::uint64_t offset = number_or(view, "byteOffset", place, 0);
-    const std::uint64_t length = number(view, "byteLength", place);
-    if (offset + length > binary_.size())
-      throw MeshFault(place + ": " + std::to_string(length) + " bytes from byte " + std::to_string(offset) +
-                      " on do not fit into the " + std::to_string(binary_.size()) +
-                      " bytes of the file's data");
-    const std::uint64_t stride = number_or(view, "byteStride", place, 0);
-    if (stride > 252) throw MeshFault(place + ": its byteStride must be at most 252");
-    Json& kept = views_[index];
-    kept = {{"buffer", 0}, {"byteOffset", offset}, {"byteLength", length}};
-    if (stride > 0) kept["byteStride"] = stride;
-    return {length, stride};
+    const View result{number_or(view, "byteOffset", place, 0), number(view, "byteLength", place),
+                      number_or(view, "byteStride", place, 0)};
+    if (result.offset + result.length > file_.binary().size())
+      throw MeshFault(place + ": " + std::to_string(result.length) + " bytes from byte " +
+                      std::to_string(result.offset) + " on do not fit into the " +
+                      std::to_string(file_.binary().size()) + " bytes of the file's data");
+    if (result.stride > 252) throw MeshFault(place + ": its byteStride must be at most 252");
+    return result;
   }
 
-  void check_indices(std::uint64_t accessor, std::uint64_t count, std::uint64_t vertices,
-                     const std::string& place) const {
-    const Json& of = accessors_[accessor];
-    const Json& view = views_[of["bufferView"].get<std::size_t>()];
-    const auto type = of["componentType"].get<std::uint64_t>();
-    const std::size_t size = type == kByte ? 1 : type == kShort ? 2 : 4;
-    const std::size_t stride = view.contains("byteStride") ? view["byteStride"].get<std::size_t>() : size;
-    std::size_t at = view["byteOffset"].get<std::size_t>() + of["byteOffset"].get<std::size_t>();
-    for (std::uint64_t i = 0; i < count; ++i, at += stride) {
+  void check_indices(const Accessor& indices, std::uint64_t vertices, const std::string& place) const {
+    std::uint64_t at = indices.offset;
+    for (std::uint64_t i = 0; i < indices.count; ++i, at += indices.stride) {
       std::uint32_t index = 0;
-      std::memcpy(&index, binary_.data() + at, size);  // little endian, as the file
+      std::memcpy(&index, file_.binary().data() + at, indices.size);  // little endian, as the file
       if (index >= vertices)
         throw MeshFault(place + ": index " + std::to_string(i) + " is " + std::to_string(index) +
                         ", which is out of range: there are " + std::to_string(vertices) +
@@ -372,31 +413,31 @@ class GlbCheck {
     }
   }
 
-  Json document_;
-  std::string_view binary_;
-  GlbNodes found_;
-  Json meshes_, accessors_, views_;
-  std::vector<bool> seen_;       ///< by node
-  std::vector<bool> was_read_;   ///< by mesh
+  const GlbDescription& file_;
+  // What is kept, and its numbers by those in the file.
+  Json meshes_ = Json::array(), accessors_ = Json::array(), views_ = Json::array();
+  std::string data_;
+  std::map<std::uint64_t, Mesh> mesh_of_;
+  std::map<std::uint64_t, std::size_t> accessor_of_;
   std::size_t passed_over_ = 0;  ///< primitives of lines and points
   std::string first_passed_over_;
-  std::vector<std::uint64_t> triangles_;  ///< by mesh
-  std::uint64_t shown_ = 0;
 };
 
 }  // namespace
 
-GlbNodes read_glb_nodes(std::string_view content) {
-  return GlbCheck(content).read_nodes();
+GlbDocument::GlbDocument(std::string content)
+    : description_(std::make_unique<const GlbDescription>(std::move(content))) {}
+GlbDocument::~GlbDocument() = default;
+
+const GlbNodes& GlbDocument::nodes() const {
+  return description_->nodes();
 }
 
-CheckedGlb checked_glb(std::string_view content, const std::string& node) {
-  GlbCheck check(content);
+CheckedGlb GlbDocument::checked(const std::string& node) const {
   CheckedGlb result;
-  result.nodes = check.read_nodes();
-  result.last = result.nodes.size();
-  if (!node.empty()) std::tie(result.first, result.last) = find_glb_node(result.nodes, node);
-  check.read_meshes(result);
+  result.last = nodes().size();
+  if (!node.empty()) std::tie(result.first, result.last) = find_glb_node(nodes(), node);
+  MeshSelection(*description_).read_meshes(result);
   return result;
 }
 

@@ -2,8 +2,8 @@
 // Checks a GLB file for assimp. assimp 5.2.5 follows a count of four billion for minutes and a chain of nodes
 // until the stack overflows; the check admits only files that assimp reads in bounded time and memory.
 #include <cstddef>
+#include <memory>
 #include <string>
-#include <string_view>
 
 #include "server/geometry/mesh/glb_nodes.h"
 
@@ -13,23 +13,34 @@ namespace takt {
 inline constexpr std::size_t kMaxGlbTriangles = 20'000'000;
 inline constexpr std::size_t kMaxGlbDepth = 200;
 
-/// The nodes of the file's scene. Throws MeshFault with the place of an invalid value.
-GlbNodes read_glb_nodes(std::string_view content);
-
 /// A file reduced to the meshes of some of its nodes, their positions and indices; materials, pictures,
 /// animations, skins and extensions are left out.
 struct CheckedGlb {
-  GlbNodes nodes;                   ///< all of the scene
-  std::size_t first = 0, last = 0;  ///< range of the chosen nodes
-  /// GLB: the chosen nodes with faces, side by side without transforms; a node's name is its index in `nodes`.
+  std::size_t first = 0, last = 0;  ///< range of the chosen nodes in GlbDocument::nodes()
+  /// GLB: the chosen nodes with faces, side by side without transforms; a node's name is its index in nodes().
   /// Empty without faces.
   std::string bytes;
   std::size_t passed_over = 0;    ///< primitives of lines and points
   std::string first_passed_over;  ///< meshes[M].primitives[P]
 };
 
-/// The node of this name with the nodes below it; without a name, the whole scene. Throws MeshFault with the
-/// place (mesh, node, accessor) of an invalid value. Source: glTF 2.0, sections 3.5 to 3.7 and 4.4.
-CheckedGlb checked_glb(std::string_view content, const std::string& node = {});
+class GlbDescription;
+
+/// The description of a file, parsed once. All calls throw MeshFault with the place (mesh, node, accessor) of an
+/// invalid value. Source: glTF 2.0, sections 3.5 to 3.7 and 4.4.
+class GlbDocument {
+ public:
+  explicit GlbDocument(std::string content);
+  ~GlbDocument();
+
+  /// Of the file's scene.
+  const GlbNodes& nodes() const;
+  /// The node of this name with the nodes below it (find_glb_node); without a name, the whole scene. Checks their
+  /// meshes.
+  CheckedGlb checked(const std::string& node = {}) const;
+
+ private:
+  std::unique_ptr<const GlbDescription> description_;
+};
 
 }  // namespace takt

@@ -11,8 +11,6 @@
 #include <string>
 #include <utility>
 
-#include "server/geometry/mesh/glb_check.h"
-
 namespace takt {
 namespace {
 
@@ -41,36 +39,36 @@ void add_mesh(const std::string& object, const aiMesh& mesh, const Affine& X_FN,
   }
 }
 
-/// By index in CheckedGlb::nodes: the node in the axes of the result.
-std::vector<Affine> places(const CheckedGlb& glb, bool in_frame_of_first) {
-  std::vector<Affine> X(glb.nodes.size());
+/// By index of the node: the node in the axes of the result.
+std::vector<Affine> places(const GlbNodes& nodes, const CheckedGlb& glb, bool in_frame_of_first) {
+  std::vector<Affine> X(nodes.size());
   for (std::size_t i = glb.first; i < glb.last; ++i) {
-    const GlbNode& node = glb.nodes[i];
+    const GlbNode& node = nodes[i];
     if (in_frame_of_first && i == glb.first)
-      X[i] = rigid_part(glb_node_in_file(glb.nodes, i), node.name).second;
+      X[i] = rigid_part(glb_node_in_file(nodes, i), node.name).second;
     else
       X[i] = node.parent < 0 ? node.X_PN : X[static_cast<std::size_t>(node.parent)] * node.X_PN;
   }
   return X;
 }
 
-void add_nodes(const aiScene& scene, const aiNode& shown, const CheckedGlb& glb, const std::vector<Affine>& X,
+void add_nodes(const aiScene& scene, const aiNode& shown, const GlbNodes& nodes, const std::vector<Affine>& X,
                MeshBuilder& builder) {
   if (shown.mNumMeshes > 0) {
     const auto index = static_cast<std::size_t>(std::stoull(shown.mName.C_Str()));
-    const std::string name = glb_node_path(glb.nodes, index);
+    const std::string name = glb_node_path(nodes, index);
     builder.begin_object(name);
     builder.forget_positions();
     for (unsigned i = 0; i < shown.mNumMeshes; ++i)
       add_mesh(name, *scene.mMeshes[shown.mMeshes[i]], X.at(index), builder);
   }
-  for (unsigned i = 0; i < shown.mNumChildren; ++i) add_nodes(scene, *shown.mChildren[i], glb, X, builder);
+  for (unsigned i = 0; i < shown.mNumChildren; ++i) add_nodes(scene, *shown.mChildren[i], nodes, X, builder);
 }
 
 }  // namespace
 
-std::vector<NamedMesh> read_glb(std::string_view content, const std::string& node) {
-  const CheckedGlb glb = checked_glb(content, node);
+std::vector<NamedMesh> GlbFile::objects(const std::string& node) const {
+  const CheckedGlb glb = document_.checked(node);
   if (glb.bytes.empty()) return {};
   Assimp::Importer importer;
   const aiScene* scene =
@@ -78,14 +76,14 @@ std::vector<NamedMesh> read_glb(std::string_view content, const std::string& nod
   if (scene == nullptr || scene->mRootNode == nullptr)
     throw MeshFault(std::string("it cannot be understood: ") + importer.GetErrorString());
   MeshBuilder builder;
-  add_nodes(*scene, *scene->mRootNode, glb, places(glb, !node.empty()), builder);
+  add_nodes(*scene, *scene->mRootNode, nodes(), places(nodes(), glb, !node.empty()), builder);
   std::vector<NamedMesh> objects = builder.take_objects();
   if (glb.passed_over > 0 && !objects.empty())
     objects.front().findings.push_back(
         {MeshDiagnosticKind::no_faces, MeshSeverity::info, glb.passed_over, 0.0, Vec3::Zero(),
          counted(glb.passed_over, "primitive draws", "primitives draw") +
              " lines or points, which bound nothing, the first is " + glb.first_passed_over,
-         "nothing to do: they are passed over"});
+         std::string(remedy_of(MeshDiagnosticKind::no_faces))});
   return objects;
 }
 

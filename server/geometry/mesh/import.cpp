@@ -11,7 +11,6 @@
 
 #include "idl/common/bounded_file.h"
 #include "idl/common/mesh_path.h"
-#include "server/geometry/mesh/glb_check.h"
 #include "server/geometry/mesh/glb_reader.h"
 #include "server/geometry/mesh/obj_reader.h"
 #include "server/geometry/mesh/stl_reader.h"
@@ -32,12 +31,6 @@ std::string format_of(const std::filesystem::path& file) {
 
 bool is_known(const std::string& format) {
   return format == ".obj" || format == ".stl" || format == ".glb";
-}
-
-std::vector<NamedMesh> read_objects(const std::string& format, std::string_view content,
-                                    const std::string& node) {
-  if (format == ".glb") return read_glb(content, node);
-  return format == ".obj" ? read_obj(content) : read_stl(content);
 }
 
 /// As text, 4 million triangles take half of it.
@@ -82,29 +75,58 @@ TriangleMesh joined(const TriangleMesh& pieces) {
   return std::move(builder.take_objects().front().mesh);
 }
 
+/// A sheet without thickness, which alone makes the object unusable.
+bool encloses_nothing(const RepairedMesh& object) {
+  bool nothing = false;
+  for (const MeshDiagnostic& finding : object.findings) {
+    if (finding.severity != MeshSeverity::refused) continue;
+    if (finding.kind != MeshDiagnosticKind::encloses_nothing) return false;
+    nothing = true;
+  }
+  return nothing;
+}
+
 [[noreturn]] void fail_no_solid(const std::filesystem::path& file, const std::string& problem) {
-  fail(file, problem + " A solid is needed: closed, every edge shared by two triangles, faces outwards.");
+  fail(file,
+       problem +
+           " A solid is needed: closed, every edge shared by two triangles, faces outwards. `takt-run " +
+           "check-mesh " + file.string() + "` lists the faults and their remedies.");
 }
 
 }  // namespace
 
-std::vector<NamedMesh> import_mesh_objects(const std::filesystem::path& file, double scale) {
+MeshFiles::MeshFiles() = default;
+MeshFiles::~MeshFiles() = default;
+
+const GlbFile& MeshFiles::glb(const std::filesystem::path& file) {
+  std::unique_ptr<const GlbFile>& glb = glb_[file];
+  if (glb == nullptr) glb = std::make_unique<const GlbFile>(read_file(file));
+  return *glb;
+}
+
+std::vector<NamedMesh> import_mesh_objects(const std::filesystem::path& file, double scale,
+                                           MeshFiles& files) {
   if (!(scale > 0.0) || !std::isfinite(scale))
     fail(file, "the scale is " + std::to_string(scale) + ", it must be positive and finite.");
   const MeshPath path = split_mesh_path(file);
   const std::string format = format_of(path.file);
   if (!is_known(format))
-    fail(file, "the format '" + format + "' is not supported; allowed are .obj, .stl and .glb.");
+    fail(file, "the format '" + format + "' is not supported; allowed are .obj, .stl and .glb. " +
+                   "FreeCAD (STEP, IGES) and Blender (others) write them by File > Export.");
   if (!path.node.empty() && format != ".glb")
     fail(file, "a node of it is named (#" + path.node + "), but only GLB files have nodes; allowed is " +
                    path.file.string() + ".");
   std::vector<NamedMesh> objects;
   try {
-    objects = read_objects(format, read_file(path.file), path.node);
+    if (format == ".glb")
+      objects = files.glb(path.file).objects(path.node);
+    else
+      objects = format == ".obj" ? read_obj(read_file(path.file)) : read_stl(read_file(path.file));
   } catch (const MeshFault& fault) {
     fail(file, std::string(fault.what()) + ".");
   }
-  if (objects.empty()) fail(file, "there are no faces in it.");
+  if (objects.empty())
+    fail(file, "there are no faces in it; in Blender, select the body and export it by File > Export.");
   for (NamedMesh& object : objects) apply_scale(file, scale, object);
   return objects;
 }
@@ -115,11 +137,11 @@ Pose upright(const Pose& X_FN) {
   return {R * X_FN.R + Mat3::Zero(), R * X_FN.p + Vec3::Zero()};  // + 0: -0 becomes 0
 }
 
-std::vector<MeshNode> list_mesh_nodes(const std::filesystem::path& file, double scale) {
+std::vector<MeshNode> list_mesh_nodes(const std::filesystem::path& file, double scale, MeshFiles& files) {
   const MeshPath path = split_mesh_path(file);
   if (format_of(path.file) != ".glb") return {};
   try {
-    const GlbNodes nodes = read_glb_nodes(read_file(path.file));
+    const GlbNodes& nodes = files.glb(path.file).nodes();
     std::pair<std::size_t, std::size_t> range{0, nodes.size()};
     if (!path.node.empty()) range = find_glb_node(nodes, path.node);
     std::vector<MeshNode> result;
@@ -154,12 +176,13 @@ TriangleMesh import_solid(const std::filesystem::path& file, double scale) {
   fail_no_solid(file, problem);
 }
 
-RepairedMesh import_and_repair(const std::filesystem::path& file, double scale) {
-  const std::vector<NamedMesh> objects = import_mesh_objects(file, scale);
+RepairedMesh import_and_repair(const std::filesystem::path& file, double scale, MeshFiles& files) {
+  const std::vector<NamedMesh> objects = import_mesh_objects(file, scale, files);
   RepairedMesh whole, closed;
   TriangleMesh all, open;
+  std::vector<std::pair<const NamedMesh*, RepairedMesh>> sheets;
   std::vector<MeshDiagnostic> of_reader;
-  std::size_t open_count = 0;
+  std::size_t open_count = 0, object_count = 0;
   std::string first_open;
   const auto add = [](RepairedMesh& to, const RepairedMesh& object) {
     to.findings.insert(to.findings.end(), object.findings.begin(), object.findings.end());
@@ -168,6 +191,11 @@ RepairedMesh import_and_repair(const std::filesystem::path& file, double scale) 
   for (const NamedMesh& object : objects) {
     of_reader.insert(of_reader.end(), object.findings.begin(), object.findings.end());
     const RepairedMesh repaired = repair_mesh(object.mesh);
+    if (encloses_nothing(repaired)) {
+      sheets.push_back({&object, repaired});
+      continue;
+    }
+    ++object_count;
     if (!repaired.problem.empty() && whole.problem.empty())
       whole.problem = "object '" + object.name + "': " + repaired.problem;
     add(whole, repaired);
@@ -179,16 +207,27 @@ RepairedMesh import_and_repair(const std::filesystem::path& file, double scale) 
       append(open, object.mesh);
     }
   }
+  if (object_count == 0)
+    for (const auto& [object, repaired] : sheets) {
+      if (whole.problem.empty()) whole.problem = "object '" + object->name + "': " + repaired.problem;
+      add(whole, repaired);
+    }
+  else if (!sheets.empty())
+    of_reader.push_back({MeshDiagnosticKind::encloses_nothing, MeshSeverity::repaired, sheets.size(), 0.0,
+                         sheets.front().first->mesh.vertices.front(),
+                         counted(sheets.size(), "object encloses", "objects enclose") +
+                             " nothing, the first '" + sheets.front().first->name + "'",
+                         "removed; " + std::string(remedy_of(MeshDiagnosticKind::encloses_nothing))});
   const auto with_readers = [&](RepairedMesh& result) {
     result.findings.insert(result.findings.begin(), of_reader.begin(), of_reader.end());
     return std::move(result);
   };
-  if (open_count == 0 || objects.size() == 1) return with_readers(whole);
+  if (open_count == 0 || object_count <= 1) return with_readers(whole);
   const auto note = [&](RepairedMesh& result, std::size_t count, const Vec3& place) {
     result.findings.push_back(
         {MeshDiagnosticKind::joined_objects, MeshSeverity::info, count, 0.0, place,
          counted(count, "object is", "objects are") + " closed together only, the first '" + first_open + "'",
-         "joined where positions are equal; export one surface"});
+         "joined where positions are equal; " + std::string(remedy_of(MeshDiagnosticKind::joined_objects))});
   };
   if (open_count > 1) {
     const RepairedMesh surface = repair_mesh(joined(open));
@@ -200,14 +239,31 @@ RepairedMesh import_and_repair(const std::filesystem::path& file, double scale) 
   }
   RepairedMesh surface = repair_mesh(joined(all));
   if (!surface.problem.empty()) return with_readers(whole);
-  note(surface, objects.size(), open.vertices.front());
+  note(surface, object_count, open.vertices.front());
   return with_readers(surface);
 }
 
-RepairedMesh import_repaired_solid(const std::filesystem::path& file, double scale) {
-  RepairedMesh result = import_and_repair(file, scale);
+RepairedMesh import_repaired_solid(const std::filesystem::path& file, double scale, MeshFiles& files) {
+  RepairedMesh result = import_and_repair(file, scale, files);
   if (!result.problem.empty()) fail_no_solid(file, result.problem);
   return result;
+}
+
+std::vector<NamedMesh> import_mesh_objects(const std::filesystem::path& file, double scale) {
+  MeshFiles files;
+  return import_mesh_objects(file, scale, files);
+}
+std::vector<MeshNode> list_mesh_nodes(const std::filesystem::path& file, double scale) {
+  MeshFiles files;
+  return list_mesh_nodes(file, scale, files);
+}
+RepairedMesh import_and_repair(const std::filesystem::path& file, double scale) {
+  MeshFiles files;
+  return import_and_repair(file, scale, files);
+}
+RepairedMesh import_repaired_solid(const std::filesystem::path& file, double scale) {
+  MeshFiles files;
+  return import_repaired_solid(file, scale, files);
 }
 
 }  // namespace takt

@@ -19,6 +19,8 @@ class ObjReader {
   std::vector<NamedMesh> read() {
     read_vertices();
     read_faces();
+    if (positions_.empty() && content_.find('\0') != content_.npos)
+      throw MeshFault("there are zero bytes in it, as in UTF-16; an OBJ file is plain text (UTF-8)");
     if (positions_.empty()) throw MeshFault("there are no vertices (lines starting with v)");
     std::vector<NamedMesh> objects = builder_.take_objects();
     if (objects.empty()) throw MeshFault("there are no faces (lines starting with f)");
@@ -28,7 +30,7 @@ class ObjReader {
            counted(passed_over_, "statement draws", "statements draw") +
                " lines or points (l, p), which bound nothing, the first in line " +
                std::to_string(first_passed_over_) + " of the file",
-           "nothing to do: they are passed over"});
+           std::string(remedy_of(MeshDiagnosticKind::no_faces))});
     return objects;
   }
 

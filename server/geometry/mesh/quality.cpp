@@ -16,8 +16,8 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 
-std::string edge_key(std::string_view component) {
-  return "contact.components." + std::string(component) + ".element_edge_m";
+std::string component_key(std::string_view component) {
+  return "contact.components." + std::string(component) + ".";
 }
 
 class MeshQualityCheck {
@@ -45,7 +45,7 @@ class MeshQualityCheck {
   }
 
  private:
-  std::string key() const { return edge_key(options_.component); }
+  std::string key() const { return component_key(options_.component) + "element_edge_m"; }
 
   /// Longest edge after division.
   double element_edge(std::size_t triangle) const {
@@ -67,9 +67,9 @@ class MeshQualityCheck {
                          counted(count, "triangle is a needle", "triangles are needles") + " (longer than " +
                              number_text(options_.needle_ratio, 4) + " heights), the worst " +
                              number_text(ratio, 3) + " heights at " + place_text(centres_[worst]) +
-                             ": one line in its middle stands for all of it",
-                         "mesh it again with triangles of even size; element_edge_m makes needles shorter, "
-                         "but no less slender"});
+                             ": unless resampled, one line in its middle stands for all of it",
+                         "set " + component_key(options_.component) + "resample to always, or " +
+                             std::string(remedy_of(MeshDiagnosticKind::needles))});
   }
 
   /// Two digits, downwards.
@@ -109,7 +109,7 @@ class MeshQualityCheck {
                          counted(count, "edge is", "edges are") + " sharp, " + number_text(1e3 * length, 4) +
                              " mm in all, the sharpest turning by " + number_text(largest / kDegree, 3) +
                              " degrees at " + place_text(place) + ": forces near them depend on the mesh",
-                         "chamfer or round the edges that slide over others"});
+                         std::string(remedy_of(MeshDiagnosticKind::sharp_edges))});
   }
 
   /// Faces of the body: triangles that meet smoothly. Small ones (chamfers, fillets) are ignored.
@@ -149,7 +149,8 @@ class MeshQualityCheck {
                              number_text(1e6 * size[worst], 3) + " mm^2 around " + place_text(place) +
                              " (longest edge " + number_text(1e3 * edge[worst], 3) +
                              " mm): where only a part of it is in contact, forces jump",
-                         "set " + key() + " to " + rounded_down(wanted) + ", or mesh it finer"});
+                         "set " + key() + " to " + rounded_down(wanted) +
+                             ", or mesh it finer (in Blender: modifier Subdivide)"});
   }
 
   void find_distance() {
@@ -165,7 +166,7 @@ class MeshQualityCheck {
                              " m from the origin of its frame, " + number_text(centre.norm() / size, 3) +
                              " times its size: the file holds it to " + number_text(1e6 * resolution, 2) +
                              " um only",
-                         "move the mesh to the origin of its frame, and the component by its pose"});
+                         std::string(remedy_of(MeshDiagnosticKind::far_from_origin))});
   }
 
   const TriangleMesh& mesh_;
@@ -184,9 +185,9 @@ std::vector<MeshDiagnostic> check_mesh_quality(const TriangleMesh& mesh, const M
 
 std::string remedy_for(const std::string& component, const MeshDiagnostic& finding) {
   std::string remedy = finding.remedy;
-  const std::string any = edge_key(kAnyComponent);
+  const std::string any = component_key(kAnyComponent);
   if (const std::size_t place = remedy.find(any); place != remedy.npos)
-    remedy.replace(place, any.size(), edge_key(component));
+    remedy.replace(place, any.size(), component_key(component));
   return remedy;
 }
 

@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <string>
 
 #include "idl/common/disjoint_sets.h"
@@ -12,6 +11,7 @@
 #include "server/geometry/box_tree.h"
 #include "server/geometry/mesh/edges.h"
 #include "server/geometry/mesh/shells.h"
+#include "server/geometry/mesh/welding.h"
 
 namespace takt {
 namespace {
@@ -32,23 +32,27 @@ class Repairer {
         mesh().triangles.empty() ? "there are no triangles." : find_bad_vertex_or_index(mesh());
     if (!bad.empty()) {
       report(MeshDiagnosticKind::bad_vertex, MeshSeverity::refused, 1, 0.0, Vec3::Zero(), bad,
-             "export the mesh again");
+             step(MeshDiagnosticKind::bad_vertex));
       return finish();
     }
     drop_faces_with_equal_corners();
+    weld_open_corners();
     drop_duplicates();
     turn_flat_faces();
     split_open_edges();
+    separate_touching();
+    report_welded();
     if (mesh().triangles.empty())
       report(MeshDiagnosticKind::encloses_nothing, MeshSeverity::refused, 1, 0.0, mesh().vertices.front(),
              "without the faces that are there several times or have no area nothing is left",
-             "model the body as a solid");
+             step(MeshDiagnosticKind::encloses_nothing));
     if (edges_are_shared_by_two() && orient()) turn_shells();
     return finish();
   }
 
  private:
   TriangleMesh& mesh() { return result_.mesh; }
+  static std::string step(MeshDiagnosticKind kind) { return std::string(remedy_of(kind)); }
 
   RepairedMesh finish() {
     result_.problem = check_closed(mesh()).problem;
@@ -69,9 +73,68 @@ class Repairer {
     const auto equal = [](const Triangle& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; };
     const auto first = std::find_if(triangles.begin(), triangles.end(), equal);
     if (first == triangles.end()) return;
-    flat_place_ = centre(*first);
-    flat_ = static_cast<std::size_t>(std::count_if(triangles.begin(), triangles.end(), equal));
+    if (flat_ == 0) flat_place_ = centre(*first);
+    flat_ += static_cast<std::size_t>(std::count_if(triangles.begin(), triangles.end(), equal));
     std::erase_if(triangles, equal);
+  }
+
+  std::vector<HalfEdge> open_edges() {
+    const std::vector<HalfEdge> edges = sorted_half_edges(mesh());
+    std::vector<HalfEdge> open;
+    for (std::size_t i = 0, end = 0; i < edges.size(); i = end) {
+      end = end_of_edge(edges, i);
+      if (end - i == 1) open.push_back(edges[i]);
+    }
+    return open;
+  }
+
+  static std::vector<std::uint32_t> corners_of(const std::vector<HalfEdge>& edges) {
+    std::vector<std::uint32_t> corners;
+    for (const HalfEdge& e : edges) corners.push_back(e.low), corners.push_back(e.high);
+    std::sort(corners.begin(), corners.end());
+    corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
+    return corners;
+  }
+
+  double resolution(const std::vector<std::uint32_t>& vertices) {
+    double size = 0.0;
+    for (const std::uint32_t v : vertices) size = std::max(size, mesh().vertices[v].cwiseAbs().maxCoeff());
+    return single_precision_m(size);
+  }
+
+  /// Programs write zero as 1e-17, and one point with different last digits.
+  void weld_open_corners() {
+    const std::vector<std::uint32_t> corners = corners_of(open_edges());
+    if (corners.empty()) return;
+    welded(weld_vertices(mesh(), corners, resolution(corners)));
+  }
+
+  void welded(const ConnectionRepair& done) {
+    if (done.count == 0) return;
+    if (welded_.count == 0) welded_.place = done.place;
+    welded_.count += done.count;
+    welded_.furthest_m = std::max(welded_.furthest_m, done.furthest_m);
+    drop_faces_with_equal_corners();
+  }
+
+  void report_welded() {
+    if (welded_.count == 0) return;
+    report(MeshDiagnosticKind::near_vertices, MeshSeverity::repaired, welded_.count, welded_.furthest_m,
+           welded_.place,
+           counted(welded_.count, "vertex lies", "vertices lie") + " up to " +
+               number_text(1e6 * welded_.furthest_m, 3) + " um beside another one, the first at " +
+               place_text(welded_.place),
+           "joined; " + step(MeshDiagnosticKind::near_vertices));
+  }
+
+  void separate_touching() {
+    const ConnectionRepair done = separate_touching_edges(mesh());
+    if (done.count == 0) return;
+    report(MeshDiagnosticKind::touching_edges, MeshSeverity::repaired, done.count, 0.0, done.place,
+           counted(done.count, "edge belongs", "edges belong") +
+               " to bodies that touch there, or to one that touches itself, the first at " +
+               place_text(done.place),
+           "separated there, and nothing is moved; " + step(MeshDiagnosticKind::touching_edges));
   }
 
   /// Faces with the same corners: one stays, or all are removed if they form an inner wall. A wall shows at
@@ -106,7 +169,7 @@ class Repairer {
     report(
         MeshDiagnosticKind::duplicate_faces, MeshSeverity::repaired, count, 0.0, place,
         counted(count, "face is", "faces are") + " there more than once, the first at " + place_text(place),
-        "removed; export the mesh without them");
+        "removed; " + step(MeshDiagnosticKind::duplicate_faces));
   }
 
   static std::vector<std::uint8_t> find_walls(const TriangleMesh& distinct,
@@ -147,21 +210,38 @@ class Repairer {
     if (!flat.empty() && flat_ == 0) flat_place_ = centre(mesh().triangles[flat.front()]);
     const std::size_t found = flat.size();
     for (int pass = 0; pass < kPasses && !flat.empty(); ++pass) {
-      if (!turn(flat)) break;
+      if (!weld_short_edges(flat) && !turn(flat)) break;
       flat = flat_faces();
     }
     if (flat_ + found > flat.size()) {
       const std::size_t count = flat_ + found - flat.size();
       report(MeshDiagnosticKind::zero_area_faces, MeshSeverity::repaired, count, 0.0, flat_place_,
              counted(count, "face has", "faces have") + " no area, the first at " + place_text(flat_place_),
-             "removed; export the mesh without them");
+             "removed; " + step(MeshDiagnosticKind::zero_area_faces));
     }
     if (flat.empty()) return;
     const Vec3 place = centre(mesh().triangles[flat.front()]);
     report(MeshDiagnosticKind::zero_area_faces, MeshSeverity::refused, flat.size(), 0.0, place,
            counted(flat.size(), "face has", "faces have") +
                " no area and cannot be removed without a hole, the first at " + place_text(place),
-           "merge the vertices that lie on one another, and mesh again");
+           step(MeshDiagnosticKind::zero_area_faces));
+  }
+
+  /// Of faces without area whose corners are one within single precision.
+  bool weld_short_edges(const std::vector<std::uint32_t>& flat) {
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
+    for (const std::uint32_t i : flat) {
+      const Triangle& t = mesh().triangles[i];
+      const double near = resolution({t.begin(), t.end()});
+      for (std::size_t k = 0; k < 3; ++k)
+        if ((mesh().vertices[t[k]] - mesh().vertices[t[(k + 1) % 3]]).norm() <= near)
+          edges.emplace_back(t[k], t[(k + 1) % 3]);
+    }
+    if (edges.empty()) return false;
+    const std::size_t before = flat_;
+    welded(weld_edges(mesh(), edges));
+    flat_ = before;  // counted as faces without area already
+    return true;
   }
 
   std::vector<std::uint32_t> flat_faces() {
@@ -228,31 +308,17 @@ class Repairer {
              counted(count, "vertex lies", "vertices lie") +
                  " on edges of faces that do not have them, up to " + number_text(1e6 * furthest, 3) +
                  " um beside, the first at " + place_text(place),
-             "the edges are divided there; export a mesh whose faces meet at their corners");
+             "the edges are divided there; " + step(MeshDiagnosticKind::split_edges));
   }
 
   void split_open_edges_once(std::size_t& count, double& furthest, Vec3& place) {
-    const std::vector<HalfEdge> edges = sorted_half_edges(mesh());
-    std::vector<HalfEdge> open;
-    for (std::size_t i = 0, end = 0; i < edges.size(); i = end) {
-      end = end_of_edge(edges, i);
-      if (end - i == 1) open.push_back(edges[i]);
-    }
+    const std::vector<HalfEdge> open = open_edges();
     if (open.empty()) return;
-    std::vector<std::uint32_t> corners;
-    double size = 0.0;
-    for (const HalfEdge& e : open) {
-      corners.push_back(e.low), corners.push_back(e.high);
-      size = std::max({size, mesh().vertices[e.low].cwiseAbs().maxCoeff(),
-                       mesh().vertices[e.high].cwiseAbs().maxCoeff()});
-    }
-    std::sort(corners.begin(), corners.end());
-    corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
+    const std::vector<std::uint32_t> corners = corners_of(open);
     std::vector<Aabb> boxes;
     for (const std::uint32_t v : corners) boxes.push_back({mesh().vertices[v], mesh().vertices[v]});
     const BoxTree tree(boxes);
-    // Positions have single precision.
-    const double near = 4.0 * static_cast<double>(std::numeric_limits<float>::epsilon()) * size;
+    const double near = resolution(corners);
     auto& triangles = mesh().triangles;
     std::vector<std::uint8_t> changed(triangles.size(), 0);
     std::vector<std::pair<double, std::uint32_t>> on;
@@ -309,13 +375,13 @@ class Repairer {
              counted(open, "edge belongs", "edges belong") + " to one face only, " +
                  number_text(1e3 * length, 4) + " mm in all: the surface has a hole, the first at " +
                  place_text(open_place),
-             "close the hole: export a solid, not a surface");
+             step(MeshDiagnosticKind::open_edges));
     if (crowded > 0)
       report(MeshDiagnosticKind::crowded_edges, MeshSeverity::refused, crowded, static_cast<double>(most),
              crowded_place,
              counted(crowded, "edge belongs", "edges belong") + " to more than two faces (up to " +
                  std::to_string(most) + "), the first at " + place_text(crowded_place),
-             "unite bodies that touch, remove walls inside, or give each body an object of its own");
+             step(MeshDiagnosticKind::crowded_edges));
     return open == 0 && crowded == 0 && !mesh().triangles.empty();
   }
 
@@ -353,7 +419,7 @@ class Repairer {
             const Vec3 where = centre(triangles[n.triangle]);
             report(MeshDiagnosticKind::not_orientable, MeshSeverity::refused, 1, 0.0, where,
                    "the surface has one side only (like a Klein bottle), which shows at " + place_text(where),
-                   "model the body as a solid");
+                   step(MeshDiagnosticKind::not_orientable));
             return false;
           }
         }
@@ -371,7 +437,7 @@ class Repairer {
       report(MeshDiagnosticKind::mixed_orientation, MeshSeverity::repaired, count, 0.0, place,
              counted(count, "face is", "faces are") + " turned against the neighbours, the first at " +
                  place_text(place),
-             "turned; export the mesh with normals outwards");
+             "turned; " + step(MeshDiagnosticKind::mixed_orientation));
     return true;
   }
 
@@ -413,7 +479,7 @@ class Repairer {
              counted(inside_out.count, "closed shell is", "closed shells are") +
                  " inside out, the largest of " + number_text(1e6 * inside_out.largest, 4) + " cm^3 at " +
                  place_text(inside_out.place),
-             "turned; export the mesh with normals outwards");
+             "turned; " + step(MeshDiagnosticKind::inside_out));
     if (nothing.count > 0) {
       const bool all = nothing.count == shells.size();
       if (!all) drop_shells(shells, flat);
@@ -421,19 +487,19 @@ class Repairer {
              nothing.count, nothing.largest, nothing.place,
              counted(nothing.count, "closed shell encloses", "closed shells enclose") +
                  " nothing, the first at " + place_text(nothing.place),
-             all ? "give it thickness" : "removed; export the mesh without it");
+             (all ? "" : "removed; ") + step(MeshDiagnosticKind::encloses_nothing));
     }
     if (cavities.count > 0)
       report(MeshDiagnosticKind::cavities, MeshSeverity::info, cavities.count, cavities.sum, cavities.place,
              counted(cavities.count, "cavity", "cavities") + " of " + number_text(1e6 * cavities.sum, 4) +
                  " cm^3 in all, the largest at " + place_text(cavities.place),
-             "nothing to do where that is meant; nothing gets in");
+             step(MeshDiagnosticKind::cavities));
     if (solids.count > 0)
       report(MeshDiagnosticKind::nested_solids, MeshSeverity::warning, solids.count, solids.sum, solids.place,
              counted(solids.count, "closed shell lies", "closed shells lie") +
                  " inside another and faces outwards: its volume of " + number_text(1e6 * solids.sum, 4) +
                  " cm^3 counts twice, the largest at " + place_text(solids.place),
-             "remove what lies inside, or turn it where a cavity is meant");
+             step(MeshDiagnosticKind::nested_solids));
   }
 
   void drop_shells(const std::vector<Shell>& shells, const std::vector<std::uint8_t>& which) {
@@ -460,6 +526,7 @@ class Repairer {
   };
 
   RepairedMesh result_;
+  ConnectionRepair welded_;
   std::size_t flat_ = 0;  ///< removed because they name a vertex twice
   Vec3 flat_place_ = Vec3::Zero();
 };

@@ -33,6 +33,7 @@ class Builder {
     for (auto* values : {&data_.px, &data_.py, &data_.pz, &data_.nx, &data_.ny, &data_.nz, &data_.area_m2})
       reorder(*values);
     reorder(data_.triangle);
+    if (!data_.outlines.empty()) reorder(data_.outlines);
   }
 
  private:

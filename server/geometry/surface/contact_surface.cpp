@@ -10,6 +10,7 @@
 #include "server/geometry/surface/clusters.h"
 #include "server/geometry/surface/contact_surface_data.h"
 #include "server/geometry/surface/element_corners.h"
+#include "server/geometry/surface/resampling.h"
 
 namespace takt {
 namespace {
@@ -160,26 +161,88 @@ void divide(const TriangleCorners& corner, double edge_m, std::vector<TriangleCo
   throw std::invalid_argument(text.str());
 }
 
-void make_elements(Data& data, const ContactSurfaceOptions& options) {
-  std::vector<std::array<Vec3, 3>> pieces;
+void add_element(Data& data, const Vec3& p, const Vec3& normal, double area_m2, std::uint32_t face) {
+  data.px.push_back(p.x()), data.py.push_back(p.y()), data.pz.push_back(p.z());
+  data.nx.push_back(normal.x()), data.ny.push_back(normal.y()), data.nz.push_back(normal.z());
+  data.area_m2.push_back(area_m2);
+  data.triangle.push_back(face);
+}
+
+/// The share of the surface in slender pieces. Halving the longest edge leaves a needle about as slender as it is
+/// wide against the edge.
+double divide_triangles(Data& data, double edge_m) {
+  std::vector<TriangleCorners> pieces;
+  double slender_m2 = 0.0;
+  for (std::size_t i = 0; i < data.faces.size(); ++i) {
+    const auto corner = data.corners(data.faces[i]);
+    const Vec3 normal = (corner[1] - corner[0]).cross(corner[2] - corner[0]).normalized();
+    pieces.clear();
+    divide(corner, edge_m, pieces);
+    if (data.element_count() + pieces.size() > kMaxElements) refuse_edge(data, edge_m);
+    const bool may_be_slender = slenderness(corner) > 0.25 * kSlender;  // a half is at most twice as slender
+    for (const auto& piece : pieces) {
+      const double area = 0.5 * (piece[1] - piece[0]).cross(piece[2] - piece[0]).norm();
+      if (may_be_slender && slenderness(piece) > kSlender) slender_m2 += area;
+      add_element(data, (piece[0] + piece[1] + piece[2]) / 3.0, normal, area, static_cast<std::uint32_t>(i));
+    }
+  }
+  return slender_m2 / data.surface_area_m2;
+}
+
+struct Samples {
+  FlatRegions flat;
+  std::vector<SurfaceSample> samples;
+  std::vector<std::size_t> region;  ///< by sample
+  double slender_share = 0.0;
+};
+
+Samples sample_regions(const Data& data, double edge_m) {
+  Samples result{find_flat_regions(data), {}, {}, 0.0};
+  for (std::size_t region = 0; region < result.flat.regions.size(); ++region) {
+    for (SurfaceSample& sample : sample_region(data, result.flat, region, 0.5 * edge_m)) {
+      if (sample.slenderness > kSlender) result.slender_share += sample.area_m2 / data.surface_area_m2;
+      result.samples.push_back(std::move(sample));
+      result.region.push_back(region);
+    }
+    if (result.samples.size() > kMaxElements) refuse_edge(data, edge_m);
+  }
+  return result;
+}
+
+void replace_elements(Data& data, const Samples& made) {
+  for (auto* values : {&data.px, &data.py, &data.pz, &data.nx, &data.ny, &data.nz, &data.area_m2})
+    values->clear();
+  data.triangle.clear();
+  for (std::size_t i = 0; i < made.samples.size(); ++i) {
+    const SurfaceSample& sample = made.samples[i];
+    add_element(data, sample.point, made.flat.regions[made.region[i]].normal, sample.area_m2, sample.face);
+    const auto begin = static_cast<std::uint32_t>(data.outline_points.size());
+    data.outline_points.insert(data.outline_points.end(), sample.outline.begin(), sample.outline.end());
+    data.outlines.push_back({begin, static_cast<std::uint32_t>(data.outline_points.size())});
+  }
+}
+
+/// The triangles that a user asks for are not resampled unless that is asked for as well.
+bool may_resample(const ContactSurfaceOptions& options) {
+  return options.resampling == ContactResampling::always ||
+         (options.resampling == ContactResampling::automatic && options.element_edge_m > 0.0);
+}
+
+void make_elements(Data& data, const ContactSurfaceOptions& options, double default_edge_m) {
   // No piece is larger than the equilateral triangle.
   const double largest_piece_m2 = 0.4330127 * options.element_edge_m * options.element_edge_m;
   if (options.element_edge_m > 0.0 &&
       data.surface_area_m2 > largest_piece_m2 * static_cast<double>(kMaxElements))
     refuse_edge(data, options.element_edge_m);
-  for (std::size_t i = 0; i < data.faces.size(); ++i) {
-    const auto corner = data.corners(data.faces[i]);
-    const Vec3 normal = (corner[1] - corner[0]).cross(corner[2] - corner[0]).normalized();
-    pieces.clear();
-    divide(corner, options.element_edge_m, pieces);
-    if (data.element_count() + pieces.size() > kMaxElements) refuse_edge(data, options.element_edge_m);
-    for (const auto& piece : pieces) {
-      const Vec3 p = (piece[0] + piece[1] + piece[2]) / 3.0;
-      const double area = 0.5 * (piece[1] - piece[0]).cross(piece[2] - piece[0]).norm();
-      data.px.push_back(p.x()), data.py.push_back(p.y()), data.pz.push_back(p.z());
-      data.nx.push_back(normal.x()), data.ny.push_back(normal.y()), data.nz.push_back(normal.z());
-      data.area_m2.push_back(area);
-      data.triangle.push_back(static_cast<std::uint32_t>(i));
+  const double slender_share = divide_triangles(data, options.element_edge_m);
+  const bool always = options.resampling == ContactResampling::always;
+  if (may_resample(options) && (always || slender_share >= kSlenderShare)) {
+    const double edge_m = options.element_edge_m > 0.0 ? options.element_edge_m : default_edge_m;
+    const Samples made = sample_regions(data, edge_m);
+    if (always || slender_share - made.slender_share >= kSlenderShare) {
+      data.resampling = {0.5 * edge_m, data.element_count(), made.samples.size(), slender_share,
+                         made.slender_share};
+      replace_elements(data, made);
     }
   }
   make_clusters(data);
@@ -319,7 +382,7 @@ ContactSurface::ContactSurface(const TriangleMesh& mesh, const ContactSurfaceOpt
     throw std::invalid_argument("element_edge_m is " + std::to_string(options.element_edge_m) +
                                 "; it must be positive, or 0 for the triangles as they are");
   make_faces(mesh, *data_);
-  make_elements(*data_, options);
+  make_elements(*data_, options, default_element_edge_m(mesh));
   find_wall(*data_);
 }
 
@@ -327,6 +390,9 @@ ContactSurface::~ContactSurface() = default;
 
 std::size_t ContactSurface::element_count() const {
   return data_->element_count();
+}
+const ResamplingReport& ContactSurface::resampling() const {
+  return data_->resampling;
 }
 std::size_t ContactSurface::face_count() const {
   return data_->faces.size();

@@ -2,6 +2,8 @@
 // The surface of a component prepared for surface contact, once per mesh and independent of any partner: for
 // the Base role its elements (centroid, area), for the Target role its faces with a bounding hierarchy
 // (Hippmann 2024; thesis 2.2.2).
+#include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -14,10 +16,23 @@ namespace takt {
 /// triangles has elements near its corners and edges.
 double default_element_edge_m(const TriangleMesh& mesh);
 
+/// Whether the elements of the Base are cells of a grid over each flat region (resampling.h) instead of pieces of its
+/// triangles: where that does away with slender elements on a quarter of the surface, always, or never.
+enum class ContactResampling : std::uint8_t { automatic, always, never };
+
 struct ContactSurfaceOptions {
-  /// Triangles of the Base with a longer edge are divided (0: the mesh stays).
+  /// Triangles of the Base with a longer edge are divided (0: the mesh stays). Resampled elements are cells of at
+  /// most half of it, which is as dense (0: half of default_element_edge_m; `automatic` leaves the mesh).
   double element_edge_m = 0.0;
+  ContactResampling resampling = ContactResampling::never;
   bool operator==(const ContactSurfaceOptions&) const = default;
+};
+
+/// The elements before and after resampling; `spacing_m` is 0 where they are pieces of the triangles.
+struct ResamplingReport {
+  double spacing_m = 0.0;
+  std::size_t elements_before = 0, elements = 0;
+  double slender_share_before = 0.0, slender_share = 0.0;  ///< of the area, in elements longer than 10 widths
 };
 
 class ContactSurface {
@@ -27,6 +42,7 @@ class ContactSurface {
   ~ContactSurface();
 
   std::size_t element_count() const;
+  const ResamplingReport& resampling() const;
   std::size_t face_count() const;  ///< triangles in the Target role
   double area_m2() const;          ///< of all elements together, equal to the mesh's area
   double patch_area_m2() const;    ///< mean area of the flat patches: triangles of one plane count as one

@@ -71,7 +71,13 @@ struct ContactSurface::Data {
   std::vector<double> px, py, pz;  ///< centroid
   std::vector<double> nx, ny, nz;  ///< outward unit normal
   std::vector<double> area_m2;
-  std::vector<std::uint32_t> triangle;   ///< of the mesh
+  std::vector<std::uint32_t> triangle;  ///< of the mesh; of a resampled element the one that has its centroid
+  struct Outline {
+    std::uint32_t begin = 0, end = 0;  ///< in outline_points
+  };
+  std::vector<Outline> outlines;  ///< of resampled elements, for pictures; else empty
+  std::vector<Vec3> outline_points;
+  ResamplingReport resampling;
   std::vector<ContactCluster> clusters;  ///< the first has all elements
   double surface_area_m2 = 0.0;
 

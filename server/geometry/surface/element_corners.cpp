@@ -16,8 +16,15 @@ std::array<TriangleCorners, 2> halve_longest_edge(const TriangleCorners& piece, 
   return {{{middle, b, c}, {a, middle, c}}};
 }
 
-TriangleCorners element_corners_B(const ContactSurface& surface, std::size_t element) {
+std::vector<TriangleCorners> element_triangles_B(const ContactSurface& surface, std::size_t element) {
   const ContactSurface::Data& data = surface.data();
+  if (!data.outlines.empty()) {
+    std::vector<TriangleCorners> fan;
+    const auto [begin, end] = data.outlines[element];
+    for (std::uint32_t i = begin + 1; i + 1 < end; ++i)
+      fan.push_back({data.outline_points[begin], data.outline_points[i], data.outline_points[i + 1]});
+    return fan;
+  }
   TriangleCorners piece = data.corners(data.faces[data.triangle[element]]);
   const Vec3 p = data.point(element);
   const auto twice_area = [](const TriangleCorners& t) { return (t[1] - t[0]).cross(t[2] - t[0]).norm(); };
@@ -32,7 +39,7 @@ TriangleCorners element_corners_B(const ContactSurface& surface, std::size_t ele
     const Vec3 across = normal.cross(opposite - middle);
     piece = halves[across.dot(p - middle) * across.dot(beyond - middle) > 0.0 ? 0 : 1];
   }
-  return piece;
+  return {piece};
 }
 
 }  // namespace takt

@@ -35,10 +35,15 @@ class FaceOctree::Builder {
 
   void build() {
     area_m2_.resize(surface_.faces.size());
+    balls_.resize(surface_.faces.size());
     Level level;
     for (std::size_t i = 0; i < surface_.faces.size(); ++i) {
       const auto c = surface_.corners(surface_.faces[i]);
       area_m2_[i] = 0.5 * (c[1] - c[0]).cross(c[2] - c[0]).norm();
+      const Vec3 middle = (c[0] + c[1] + c[2]) / 3.0;
+      const double radius_m =
+          std::max({(c[0] - middle).norm(), (c[1] - middle).norm(), (c[2] - middle).norm()});
+      balls_[i] = {middle, radius_m + kSlack_m};
       level.lists.push_back({static_cast<std::int32_t>(i), 0.0});
     }
     tree_.children_.assign(1, 0);  // the root, in the place of a child
@@ -59,6 +64,11 @@ class FaceOctree::Builder {
   struct Candidate {
     std::int32_t face;
     double distance_m;  ///< from the centre of the parent
+  };
+  /// Around a face: most faces of a list are too far away, which this shows from half a line of the cache.
+  struct Ball {
+    Vec3 middle;
+    double radius_m;
   };
   struct Cell {
     std::array<std::uint32_t, 3> at;
@@ -86,6 +96,9 @@ class FaceOctree::Builder {
       const Candidate& candidate = level.lists[i];
       // The centre of the parent is r away.
       if (depth > 0 && candidate.distance_m - r > limit_m) continue;
+      const Ball& ball = balls_[static_cast<std::size_t>(candidate.face)];
+      const double reach_m = limit_m + ball.radius_m;
+      if ((ball.middle - center).squaredNorm() > reach_m * reach_m) continue;
       const ContactFace& face = surface_.faces[static_cast<std::size_t>(candidate.face)];
       if (surface_.least_squared_m2(face, center) > limit_m * limit_m) continue;
       const ClosestOnFace on = surface_.closest_on_face(face, center);
@@ -209,6 +222,7 @@ class FaceOctree::Builder {
   const ContactSurface::Data& surface_;
   FaceOctree& tree_;
   std::vector<double> area_m2_;
+  std::vector<Ball> balls_;
   std::vector<Candidate> found_;
 };
 

@@ -1,6 +1,5 @@
 #include "server/geometry/surface/shared_mesh.h"
 
-#include "server/geometry/mesh/import.h"
 #include "server/geometry/mesh/quality.h"
 
 namespace takt {
@@ -39,7 +38,7 @@ const std::shared_ptr<const SolidProbe>& SharedMesh::probe() {
 }
 
 const std::shared_ptr<const ContactSurface>& SharedMesh::surface(const ContactSurfaceOptions& options) {
-  std::shared_ptr<const ContactSurface>& surface = surfaces_[options.element_edge_m];
+  std::shared_ptr<const ContactSurface>& surface = surfaces_[{options.element_edge_m, options.resampling}];
   if (surface == nullptr) surface = std::make_shared<const ContactSurface>(mesh(), options);
   return surface;
 }
@@ -58,7 +57,7 @@ const std::vector<MeshDiagnostic>& SharedMesh::quality(double element_edge_m, bo
 const std::shared_ptr<SharedMesh>& MeshLibrary::mesh(const std::filesystem::path& file, double scale) {
   const auto [place, is_new] = meshes_.try_emplace({file, scale});
   if (!is_new && place->second != nullptr) return place->second;
-  place->second = std::make_shared<SharedMesh>(import_repaired_solid(file, scale));
+  place->second = std::make_shared<SharedMesh>(import_repaired_solid(file, scale, files_));
   return place->second;
 }
 

@@ -9,6 +9,7 @@
 
 #include "server/geometry/mesh/described_mesh.h"
 #include "server/geometry/mesh/diagnostic.h"
+#include "server/geometry/mesh/import.h"
 #include "server/geometry/mesh/repair.h"
 #include "server/geometry/mesh/solid_overlap.h"
 #include "server/geometry/mesh/triangle_mesh.h"
@@ -42,7 +43,8 @@ class SharedMesh {
   double default_element_edge_m_;
   std::shared_ptr<const DescribedMesh> described_;
   std::shared_ptr<const SolidProbe> probe_;
-  std::map<double, std::shared_ptr<const ContactSurface>> surfaces_;  ///< by edge of elements
+  /// By edge of elements and resampling.
+  std::map<std::pair<double, ContactResampling>, std::shared_ptr<const ContactSurface>> surfaces_;
   std::map<std::pair<double, bool>, std::vector<MeshDiagnostic>> quality_;
 };
 
@@ -52,11 +54,13 @@ using SharedMeshes = std::vector<std::shared_ptr<SharedMesh>>;
 /// The meshes of the files of one cell.
 class MeshLibrary {
  public:
+  explicit MeshLibrary(MeshFiles& files) : files_(files) {}
   /// The file's solid at this scale, repaired; the file is read at the first call. Throws MeshError for a
   /// mesh that bounds no solid.
   const std::shared_ptr<SharedMesh>& mesh(const std::filesystem::path& file, double scale);
 
  private:
+  MeshFiles& files_;
   std::map<std::pair<std::filesystem::path, double>, std::shared_ptr<SharedMesh>> meshes_;
 };
 

@@ -54,8 +54,9 @@ void PressedElements::read_pair(const Snapshot& snapshot, std::size_t pair, Pres
             [](const ElementPressure& a, const ElementPressure& b) { return a.element < b.element; });
   for (const ElementPressure& element : elements) {
     pressed.largest_pressure_Pa = std::max(pressed.largest_pressure_Pa, element.pressure_Pa);
-    pressed.elements.push_back(
-        {element_corners_B(*base_surface, static_cast<std::size_t>(element.element)), element.pressure_Pa});
+    for (const TriangleCorners& corners :
+         element_triangles_B(*base_surface, static_cast<std::size_t>(element.element)))
+      pressed.elements.push_back({corners, element.pressure_Pa});
   }
 }
 
