@@ -6,6 +6,7 @@
 //
 // The motion is divided into pieces of about a face of the Target. Each piece has its own elements and planes: an
 // evaluation visits few.
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <vector>

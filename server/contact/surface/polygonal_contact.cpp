@@ -329,15 +329,15 @@ void PolygonalContact::Impl::start_holding(const RelativeMotion& motion) {
   held.w_T = motion.V_TB_T.w;
   held.v_T = motion.V_TB_T.at(motion.X_TB.R * base.box.center_B);
   const double speed = held.v_T.norm() + held.w_T.norm() * base.radius_m;
+  // A motion that is not finite is searched at each pose.
+  holds = std::isfinite(speed);
+  if (!holds) return;
   const double face_m = target.face_size_m();
   held.horizon_s = std::min({kLongestHeld_s, kHeldFaces * face_m / speed, kMostTurn_rad / held.w_T.norm()});
   held.margin_m = kLeastMargin_m + std::min(kMarginFaces * face_m,
                                             0.5 * kUnforeseen_m_per_s2 * held.horizon_s * held.horizon_s);
   const double pieces = std::ceil(held.horizon_s * speed / (kPieceFaces * face_m));
   held.pieces = static_cast<std::size_t>(std::clamp(pieces, 1.0, static_cast<double>(HeldPatch::kPieces)));
-  // A motion that is not finite is searched at each pose.
-  holds = std::isfinite(speed);
-  if (!holds) return;
   ++counts.searches;
   begin_search().find(held, patch);
 }
