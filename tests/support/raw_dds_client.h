@@ -158,6 +158,7 @@ class RawDdsClient {
                   double lease_s = 0.0) {
     fdds::DataWriterQos qos = publisher_->get_default_datawriter_qos();
     qos.reliability().kind = fdds::RELIABLE_RELIABILITY_QOS;
+    qos.history().depth = 10;  // as ROS 2: of a burst with depth 1 the last sample alone is sure to arrive
     qos.endpoint().history_memory_policy = kGrowingMemory;
     if (exclusive) {
       qos.ownership().kind = fdds::EXCLUSIVE_OWNERSHIP_QOS;
