@@ -18,7 +18,7 @@ set(TAKT_TESTS_ONLY_LONG
   "^config\\.Shipped/RefinedPeaks.*/(bev_rotor|chainsaw_motor|furnace)_.$"
   "^config\\.Shipped/RefinedPeaks.*/(block_disassembly|closed_jaws|gear_on_shaft|ring_on_pin|weak_grip)_[23]$"
   "^config\\.Shipped/RefinedPeaks.*/(block_assembly_kr16|robot_r3|robot_r3_single_axis)_[13]$"
-  "^config\\.Shipped/RefinedPeaks.*/contact_(gear_pair|lamp_in_socket|screw_tightened)_3$"
+  "^config\\.Shipped/RefinedPeaks.*/(contact_(gear_pair|lamp_in_socket|screw_tightened)|nut_on_bolt)_3$"
   "^config\\.Shipped/RefinedPeaks.*/contact_.*_[12]$")
 
 # Suites of files with tests/support/effort.h: their long forms run with ./dev test --long.
