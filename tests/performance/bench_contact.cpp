@@ -14,12 +14,13 @@
 #include "server/contact/surface/polygonal_contact.h"
 #include "server/geometry/mesh/import.h"
 #include "tests/performance/contact_scenes_bench.h"
+#include "tests/performance/processor_time.h"
 #include "tests/support/contact_meshes.h"
 
 namespace {
 
 using namespace takt;
-using bench::seconds;
+using bench::processor_s;
 
 std::shared_ptr<const ContactSurface> surface(const TriangleMesh& mesh, double edge_m = 0.0) {
   return std::make_shared<ContactSurface>(mesh, ContactSurfaceOptions{edge_m});

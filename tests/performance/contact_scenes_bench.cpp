@@ -60,7 +60,7 @@ Outcome run(const Scenario& scenario, const std::shared_ptr<const CellModel>& ce
   HeadlessOptions options;
   options.duration_s = scenario.duration_s;
   options.program = scenario.controller_program;
-  if (stage_times) simulation.set_stage_clock(seconds);
+  if (stage_times) simulation.set_stage_clock(processor_s);
   double half_s = 0.0, half_cpu_s = 0.0;
   Outcome outcome;
   outcome.result = run_headless(simulation, scenario, options, [&](const Simulation& s) {
