@@ -14,6 +14,7 @@
 #include "config/meshes/generator/screw_meshes.h"
 #include "tests/support/contact_pairs.h"
 #include "tests/support/hollow_bodies.h"
+#include "tests/support/solid_mesh.h"
 
 namespace takt::test {
 namespace {
@@ -71,13 +72,6 @@ TriangleMesh with_needles(TriangleMesh mesh, int times) {
     }
     mesh.triangles = std::move(divided);
   }
-  return mesh;
-}
-
-TriangleMesh mesh_of(const meshes::Solid& solid) {
-  TriangleMesh mesh;
-  for (const auto& v : solid.vertices) mesh.vertices.emplace_back(v[0], v[1], v[2]);
-  for (const auto& t : solid.triangles) mesh.triangles.push_back({t[0], t[1], t[2]});
   return mesh;
 }
 

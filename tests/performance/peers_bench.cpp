@@ -1,7 +1,8 @@
-// bench_peers [PARTS]: takt with its default solver beside engines of rigid bodies, in one run. By row: computing time
-// over simulated time and the error at the end. A setting of a peer is as accurate if its error is within the row's bound:
-// takt's own, and at least what the row states. The ratio is takt over the cheapest such setting of all peers; the goal is
-// 0.7. Bullet's settings are step, iterations, and whether friction has both directions (x 2). PARTS: the largest number of Parts on tables, 1000 unless given. Then run bench_dynamics and bench_collision for
+// bench_peers [PARTS]: takt with its default solver beside engines of rigid bodies, in one run. By row: computing
+// time over simulated time and the error at the end. A setting of a peer is as accurate if its error is within the
+// row's bound: takt's own, and at least what the row states. The ratio is takt over the cheapest such setting of all
+// peers; the goal is 0.7. Bullet's settings are step, iterations, and whether friction has both directions (x 2).
+// PARTS: the largest number of Parts on tables, 1000 unless given. Then run bench_dynamics and bench_collision for
 // arms and collision queries (./dev bench peers does).
 //
 // Errors are those of closed forms. Bodies at rest and in a hole: the distance from where rigid bodies stand, of which
@@ -21,7 +22,6 @@
 #include "server/scenario/scenario_builder.h"
 #include "tests/performance/box_file.h"
 #include "tests/performance/peers.h"
-#include "tests/performance/processor_time.h"
 #include "tests/performance/pushed_scene.h"
 
 namespace takt::bench {
@@ -146,14 +146,6 @@ void compare(const char* title, const Measured& takt, const PeerScene& scene, do
   std::fflush(stdout);
 }
 
-PeerBody box(const Vec3& size_m, const Vec3& p, double mass_kg) {
-  PeerBody body;
-  body.size_m = size_m;
-  body.X_WB.p = p;
-  body.mass_kg = mass_kg;
-  return body;
-}
-
 /// Ten slabs on one another; the lowest is pressed in by 4.3 um, the highest is 24 um lower (stack_of_ten.yaml).
 void stack() {
   PeerScene scene;
@@ -215,13 +207,9 @@ void pushed(int count) {
   for (int turn = 0; turn < kTurns; ++turn) {
     PushedCrowd crowd(count);
     Simulation simulation(crowd.model());
-    const auto run_until = [&](double end_s) {
-      const double begin = processor_s();
-      while (simulation.time_s() < end_s && simulation.step(crowd.commands(simulation))) continue;
-      return processor_s() - begin;
-    };
-    run_until(PushedCrowd::kBegin_s);
-    takt.ratio = std::min(takt.ratio, run_until(PushedCrowd::kBegin_s + kTimed_s) / kTimed_s);
+    run_until(PushedCrowd::kBegin_s, crowd, simulation);
+    takt.ratio =
+        std::min(takt.ratio, run_until(PushedCrowd::kBegin_s + kTimed_s, crowd, simulation) / kTimed_s);
     takt.fault = simulation.fault();
     std::vector<Pose> end(peers.scene.bodies.size());
     const Snapshot state = simulation.make_snapshot();

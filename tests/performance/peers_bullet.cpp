@@ -6,8 +6,6 @@
 
 #include <cmath>
 #include <memory>
-
-#include "tests/performance/processor_time.h"
 #endif
 
 namespace takt::bench {
@@ -106,23 +104,18 @@ PeerEnd run_bullet_boxes(const PeerScene& scene, PeerSetting setting) {
     world.addConstraint(b.slider.get(), true);
   }
   PeerEnd end;
-  const int steps = static_cast<int>(std::lround((scene.begin_s + scene.duration_s) / setting.step_s));
-  const int first = static_cast<int>(std::lround(scene.begin_s / setting.step_s));
-  double begin = processor_s();
-  for (int i = 0; i < steps; ++i) {
-    if (i == first) begin = processor_s();
+  end.cpu_s = run_timed(scene, setting, [&](double middle_s) {
     for (std::size_t k = 0; k < bodies.size(); ++k) {
       const PeerBody& from = scene.bodies[k];
       if (from.v_W) {
         btTransform& X = bodies[k].place->m_graphicsWorldTrans;
-        X.setOrigin(X.getOrigin() + scaled(setting.step_s * from.v_W(setting.step_s * (i + 0.5))));
+        X.setOrigin(X.getOrigin() + scaled(setting.step_s * from.v_W(middle_s)));
       } else if (from.slides_on >= 0) {
         bodies[k].body->applyCentralForce(scaled(from.force_N * from.axis_W));
       }
     }
     world.stepSimulation(scalar(setting.step_s), 0);
-  }
-  end.cpu_s = processor_s() - begin;
+  });
   for (const Body& b : bodies) {
     end.X_WB.push_back(pose(b.body->getWorldTransform()));
     if (b.slider) world.removeConstraint(b.slider.get());

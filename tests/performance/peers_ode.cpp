@@ -5,8 +5,6 @@
 #include <ode/ode.h>
 
 #include <cmath>
-
-#include "tests/performance/processor_time.h"
 #endif
 
 namespace takt::bench {
@@ -95,15 +93,11 @@ PeerEnd run_ode_boxes(const PeerScene& scene, PeerSetting setting) {
     dJointAttach(slider, body, bodies[static_cast<std::size_t>(from.slides_on)]);
     dJointSetSliderAxis(slider, from.axis_W.x(), from.axis_W.y(), from.axis_W.z());
   }
-  const int steps = static_cast<int>(std::lround((scene.begin_s + scene.duration_s) / setting.step_s));
-  const int first = static_cast<int>(std::lround(scene.begin_s / setting.step_s));
-  double begin = processor_s();
-  for (int i = 0; i < steps; ++i) {
-    if (i == first) begin = processor_s();
+  end.cpu_s = run_timed(scene, setting, [&](double middle_s) {
     for (std::size_t k = 0; k < bodies.size(); ++k) {
       const PeerBody& from = scene.bodies[k];
       if (from.v_W) {
-        const Vec3 v = from.v_W(setting.step_s * (i + 0.5));
+        const Vec3 v = from.v_W(middle_s);
         dBodySetLinearVel(bodies[k], v.x(), v.y(), v.z());
       } else if (sliders[k] != nullptr) {
         dJointAddSliderForce(sliders[k], from.force_N);
@@ -115,8 +109,7 @@ PeerEnd run_ode_boxes(const PeerScene& scene, PeerSetting setting) {
     else
       dWorldStep(w.world, setting.step_s);
     dJointGroupEmpty(w.contacts);
-  }
-  end.cpu_s = processor_s() - begin;
+  });
   for (const dGeomID geom : geoms) {
     Pose& X = end.X_WB.emplace_back();
     const dReal *p = dGeomGetPosition(geom), *R = dGeomGetRotation(geom);

@@ -5,6 +5,13 @@
 
 namespace takt::bench {
 
+/// Processor time (s).
+inline double run_until(double end_s, test::PushedCrowd& crowd, Simulation& simulation) {
+  const double begin = processor_s();
+  while (simulation.time_s() < end_s && simulation.step(crowd.commands(simulation))) continue;
+  return processor_s() - begin;
+}
+
 struct PushedScene {
   static constexpr double kTravel_m = test::PushedCrowd::kLongest_m - test::PushedCrowd::kGap_m;
   static constexpr double kRest_s = 3.0;  ///< Bullet lets bodies sleep after two seconds
@@ -16,9 +23,7 @@ struct PushedScene {
   PushedScene(int parts, double timed_s) : count(parts) {
     using Crowd = test::PushedCrowd;
     const auto add = [this](const Vec3& size_m, const Vec3& p, double mass_kg) -> PeerBody& {
-      PeerBody& body = scene.bodies.emplace_back();
-      body.size_m = size_m, body.X_WB.p = p, body.mass_kg = mass_kg;
-      return body;
+      return scene.bodies.emplace_back(box(size_m, p, mass_kg));
     };
     scene.begin_s = kRest_s;
     scene.duration_s = timed_s;

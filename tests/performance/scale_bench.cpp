@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "server/runtime/loop/worker_pool.h"
-#include "tests/performance/processor_time.h"
 #include "tests/performance/pushed_scene.h"
 #include "tests/support/crowded_cell.h"
 #include "tests/support/moving_crowd.h"
@@ -146,13 +145,9 @@ void measure_contact() {
     const double memory_begin = 1e-6 * takt::test::process_resources().allocated_bytes;
     takt::test::PushedCrowd crowd(count);
     takt::Simulation simulation(crowd.model());
-    const auto run_until = [&](double end_s) {
-      const double begin = takt::bench::processor_s();
-      while (simulation.time_s() < end_s && simulation.step(crowd.commands(simulation))) continue;
-      return takt::bench::processor_s() - begin;
-    };
-    const double rest = run_until(takt::test::PushedCrowd::kBegin_s);
-    const double ratio = run_until(takt::test::PushedCrowd::kBegin_s + kSimulated_s) / kSimulated_s;
+    constexpr double kBegin_s = takt::test::PushedCrowd::kBegin_s;
+    const double rest = takt::bench::run_until(kBegin_s, crowd, simulation);
+    const double ratio = takt::bench::run_until(kBegin_s + kSimulated_s, crowd, simulation) / kSimulated_s;
     const double memory = 1e-6 * takt::test::process_resources().allocated_bytes - memory_begin;
     const takt::ContactInteraction::Size size = simulation.contact_size();
     const auto growth = [&](double from, double to) {

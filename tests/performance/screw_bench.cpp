@@ -1,5 +1,5 @@
-// bench_screw order | [alone] [M8|M10|M12|M16|M20]...: nuts on their bolts at level of detail 3, beside the closed form of the
-// rigid screw. A nut that lies on the flanks of its bolt, 3 pitches above the head, turns by its weight with
+// bench_screw order | [alone] [M8|M10|M12|M16|M20]...: nuts on their bolts at level of detail 3, beside the closed form
+// of the rigid screw. A nut that lies on the flanks of its bolt, 3 pitches above the head, turns by its weight with
 //   phi'' = g L / (I / m + h L),  h = lead / 2 pi,  L = r tan(lambda - atan(mu / cos 30 deg)),
 //   tan lambda = h / r,  r = d / 2 - 0.3248 pitch,
 // and does not turn if tan lambda <= mu / cos 30 deg. After 0.5 s: angle, travel against lead x angle, largest
@@ -44,6 +44,27 @@ struct Screw {
   }
 };
 
+/// nut_runs_down.yaml with other values.
+struct NutScene {
+  Scenario scenario;
+  std::shared_ptr<const CellModel> cell;
+  std::size_t nut = 0;
+
+  explicit NutScene(std::vector<std::string> overrides) {
+    ScenarioOptions options;
+    options.overrides = std::move(overrides);
+    scenario =
+        read_scenario(fs::path(TAKT_CONFIG_DIR) / "scenarios" / "contact" / "nut_runs_down.yaml", options);
+    cell = build_cell(scenario);
+    nut = static_cast<std::size_t>(cell->description.find_component("Nut"));
+  }
+};
+
+double angle_about_axis(const ComponentSample& nut) {
+  const Mat3 R = nut.q_WB.toRotationMatrix();
+  return std::atan2(R(1, 0), R(0, 0));
+}
+
 void measure(int size, const std::string& friction_name, double share_of_limit, double friction, bool alone,
              const std::string& law = "regularised") {
   const meshes::ScrewParameters p = meshes::iso_metric(size);
@@ -55,21 +76,19 @@ void measure(int size, const std::string& friction_name, double share_of_limit, 
   meshes::write_solids(directory, "bolt", "Made by bench_screw.", {bolt});
   meshes::write_solids(directory, "nut", "Made by bench_screw.", {nut});
   const double start_m = 3.0 * p.pitch - p.clearance * std::tan(kPi / 6.0);
-  ScenarioOptions options;
-  options.overrides = {"parts.Nut.mesh=" + (directory / "nut.obj").string(),
-                       "grounds.Bolt.mesh=" + (directory / "bolt.obj").string(),
-                       "parts.Nut.mass_kg=" +
-                           std::to_string(kDensity_kg_per_m3 * volume_properties(test::mesh_of(nut)).volume),
-                       "parts.Nut.pose.position_m=[0,0," + std::to_string(start_m) + "]",
-                       "contact.defaults.friction=" + std::to_string(friction),
-                       "contact.defaults.friction_law=" + law};
-  const Scenario scenario =
-      read_scenario(fs::path(TAKT_CONFIG_DIR) / "scenarios" / "contact" / "nut_runs_down.yaml", options);
-  const auto cell = build_cell(scenario);
+  const NutScene scene({"parts.Nut.mesh=" + (directory / "nut.obj").string(),
+                        "grounds.Bolt.mesh=" + (directory / "bolt.obj").string(),
+                        "parts.Nut.mass_kg=" +
+                            std::to_string(kDensity_kg_per_m3 * volume_properties(test::mesh_of(nut)).volume),
+                        "parts.Nut.pose.position_m=[0,0," + std::to_string(start_m) + "]",
+                        "contact.defaults.friction=" + std::to_string(friction),
+                        "contact.defaults.friction_law=" + law});
+  const Scenario& scenario = scene.scenario;
+  const auto& cell = scene.cell;
   Simulation simulation(cell);
   HeadlessOptions run;
   run.duration_s = kDuration_s;
-  const auto id = static_cast<std::size_t>(cell->description.find_component("Nut"));
+  const std::size_t id = scene.nut;
   bench::Turned turned;
   double deepest_m = 0.0;
   Snapshot snapshot = simulation.make_snapshot();
@@ -77,8 +96,7 @@ void measure(int size, const std::string& friction_name, double share_of_limit, 
   // is a part of the simulation's.
   const HeadlessResult result = run_headless(simulation, scenario, run, [&](const Simulation& s) {
     s.read_snapshot(snapshot);
-    const Mat3 R = snapshot.components[id].q_WB.toRotationMatrix();
-    turned.note(std::atan2(R(1, 0), R(0, 0)));
+    turned.note(angle_about_axis(snapshot.components[id]));
     for (const ContactSample& sample : snapshot.contacts.pressing())
       deepest_m = std::max(deepest_m, sample.result.largest_penetration_m);
   });
@@ -104,19 +122,13 @@ void measure(int size, const std::string& friction_name, double share_of_limit, 
 /// Angle (rad) of the M16 nut after 0.1 s.
 double turned(const std::vector<std::string>& solver, double& ratio) {
   constexpr double kShort_s = 0.1;
-  ScenarioOptions options;
-  options.overrides = solver;
-  const Scenario scenario =
-      read_scenario(fs::path(TAKT_CONFIG_DIR) / "scenarios" / "contact" / "nut_runs_down.yaml", options);
-  const auto cell = build_cell(scenario);
-  Simulation simulation(cell);
+  const NutScene scene(solver);
+  Simulation simulation(scene.cell);
   HeadlessOptions run;
   run.duration_s = kShort_s;
-  const HeadlessResult result = run_headless(simulation, scenario, run);
+  const HeadlessResult result = run_headless(simulation, scene.scenario, run);
   ratio = result.cpu_s / kShort_s;
-  const auto id = static_cast<std::size_t>(cell->description.find_component("Nut"));
-  const Mat3 R = result.final_state.components[id].q_WB.toRotationMatrix();
-  return std::atan2(R(1, 0), R(0, 0));
+  return angle_about_axis(result.final_state.components[scene.nut]);
 }
 
 void measure_order() {

@@ -47,16 +47,17 @@ void move_to_target(const Pose& X_TB, Mat6& m) {
   m.bottomRightCorner<3, 3>() = d + product(lever, b);
 }
 
-bool same_bits(const Pose& a, const Pose& b) {
-  static_assert(sizeof(Pose) == 12 * sizeof(double));
+/// Of values that consist of so many numbers.
+template <std::size_t kNumbers, class Value>
+bool same_numbers(const Value& a, const Value& b) {
+  static_assert(sizeof(Value) == kNumbers * sizeof(double));
   return std::memcmp(static_cast<const void*>(&a), static_cast<const void*>(&b), sizeof(a)) == 0;
 }
 
 }  // namespace
 
 bool same_bits(const RelativeMotion& a, const RelativeMotion& b) {
-  static_assert(sizeof(RelativeMotion) == 18 * sizeof(double));
-  return std::memcmp(static_cast<const void*>(&a), static_cast<const void*>(&b), sizeof(a)) == 0;
+  return same_numbers<18>(a, b);
 }
 
 RelativeMotion relative_motion(const Pose& X_WB, const Twist& V_WB, const Pose& X_WT, const Twist& V_WT) {
@@ -195,7 +196,7 @@ bool PolygonalContact::Impl::held_covers(const Pose& X_TB, double next_s, double
 /// Number of elements that penetrate or are held; their rows are filled.
 std::size_t PolygonalContact::Impl::find_elements(const RelativeMotion& motion, Twist& V_B) {
   const Pose X_BT = motion.X_TB.inverse();
-  if (!(rows_known && same_bits(motion.X_TB, rows_at))) {
+  if (!(rows_known && same_numbers<12>(motion.X_TB, rows_at))) {
     rows_known = false;
     double at_s = 0.0;
     rows_held = held_covers(motion.X_TB, 0.0, 1.0, at_s);

@@ -73,18 +73,15 @@ std::string_view remedy_of(MeshDiagnosticKind kind) {
       return "in Blender: Mesh > Merge > By Distance removes them";
     case MeshDiagnosticKind::open_edges:
       return "export a solid, not a surface (in FreeCAD: Part > Convert to Solid); or close the hole: in "
-             "Blender "
-             "Select > All by Trait > Non Manifold shows it, Mesh > Clean Up > Fill Holes closes it";
+             "Blender Select > All by Trait > Non Manifold shows it, Mesh > Clean Up > Fill Holes closes it";
     case MeshDiagnosticKind::crowded_edges:
       return "unite bodies that touch (in Blender: modifier Boolean, Union; in FreeCAD: Part > Boolean > "
-             "Union), "
-             "delete walls inside (in Blender: Select > All by Trait > Interior Faces), or give each body an "
-             "object of its own";
+             "Union), delete walls inside (in Blender: Select > All by Trait > Interior Faces), or give each "
+             "body an object of its own";
     case MeshDiagnosticKind::not_orientable:
     case MeshDiagnosticKind::encloses_nothing:
       return "give the surface thickness: in Blender by the modifier Solidify, in FreeCAD by Part > Offset > "
-             "3D "
-             "Offset";
+             "3D Offset";
     case MeshDiagnosticKind::mixed_orientation:
     case MeshDiagnosticKind::inside_out:
       return "in Blender: Mesh > Normals > Recalculate Outside";
@@ -92,21 +89,18 @@ std::string_view remedy_of(MeshDiagnosticKind kind) {
       return "nothing to do where that is meant; nothing gets in";
     case MeshDiagnosticKind::nested_solids:
       return "remove what lies inside, or turn it where a cavity is meant: in Blender select it by Select > "
-             "Select "
-             "Linked, then Mesh > Delete, or Mesh > Normals > Flip";
+             "Select Linked, then Mesh > Delete, or Mesh > Normals > Flip";
     case MeshDiagnosticKind::needles:
       return "mesh it again with triangles of even size (in FreeCAD: Mesh > Create mesh from shape, Gmsh; in "
              "Blender: modifier Remesh); element_edge_m makes needles shorter, but no less slender";
     case MeshDiagnosticKind::sharp_edges:
       return "chamfer or round the edges that slide over others: in FreeCAD by Part > Chamfer, in Blender by "
-             "the "
-             "modifier Bevel";
+             "the modifier Bevel";
     case MeshDiagnosticKind::coarse:
-      return "set contact.components.NAME.element_edge_m, or mesh it finer (in Blender: modifier Subdivide)";
+      return "mesh it finer (in Blender: modifier Subdivide)";
     case MeshDiagnosticKind::far_from_origin:
       return "move the mesh to the origin of its frame (in Blender: Object > Set Origin > Origin to "
-             "Geometry, then "
-             "Object > Clear > Location), and the component by its key `pose`";
+             "Geometry, then Object > Clear > Location), and the component by its key `pose`";
   }
   return "";
 }

@@ -38,7 +38,7 @@ class MeshFiles {
 /// lengths multiplied by `scale` (> 0). Coordinates in text have double precision. Positions that are equal in
 /// single precision become one vertex of an object, at the place of the first. The mesh is not repaired further.
 /// Throws MeshError for a missing, unreadable, truncated or empty file, coordinates that are not finite in single
-/// precision, indices out of range, or an unsupported format. Lines and points of OBJ files are passed over (NamedMesh::findings).
+/// precision, indices out of range, or an unsupported format. Lines and points of OBJ files are passed over (findings).
 std::vector<NamedMesh> import_mesh_objects(const std::filesystem::path& file, double scale, MeshFiles& files);
 std::vector<NamedMesh> import_mesh_objects(const std::filesystem::path& file, double scale = 1.0);
 

@@ -149,8 +149,8 @@ class MeshQualityCheck {
                              number_text(1e6 * size[worst], 3) + " mm^2 around " + place_text(place) +
                              " (longest edge " + number_text(1e3 * edge[worst], 3) +
                              " mm): where only a part of it is in contact, forces jump",
-                         "set " + key() + " to " + rounded_down(wanted) +
-                             ", or mesh it finer (in Blender: modifier Subdivide)"});
+                         "set " + key() + " to " + rounded_down(wanted) + ", or " +
+                             std::string(remedy_of(MeshDiagnosticKind::coarse))});
   }
 
   void find_distance() {

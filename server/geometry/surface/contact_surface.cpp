@@ -168,9 +168,9 @@ void add_element(Data& data, const Vec3& p, const Vec3& normal, double area_m2, 
   data.triangle.push_back(face);
 }
 
-/// The share of the surface in slender pieces. Halving the longest edge leaves a needle about as slender as it is
-/// wide against the edge.
-double divide_triangles(Data& data, double edge_m) {
+/// The share of the surface in slender pieces, or 0 where it is not measured. Halving the longest edge leaves a needle
+/// about as slender as it is wide against the edge.
+double divide_triangles(Data& data, double edge_m, bool measures) {
   std::vector<TriangleCorners> pieces;
   double slender_m2 = 0.0;
   for (std::size_t i = 0; i < data.faces.size(); ++i) {
@@ -179,7 +179,8 @@ double divide_triangles(Data& data, double edge_m) {
     pieces.clear();
     divide(corner, edge_m, pieces);
     if (data.element_count() + pieces.size() > kMaxElements) refuse_edge(data, edge_m);
-    const bool may_be_slender = slenderness(corner) > 0.25 * kSlender;  // a half is at most twice as slender
+    const bool may_be_slender =
+        measures && slenderness(corner) > 0.25 * kSlender;  // a half is at most twice as slender
     for (const auto& piece : pieces) {
       const double area = 0.5 * (piece[1] - piece[0]).cross(piece[2] - piece[0]).norm();
       if (may_be_slender && slenderness(piece) > kSlender) slender_m2 += area;
@@ -234,9 +235,9 @@ void make_elements(Data& data, const ContactSurfaceOptions& options, double defa
   if (options.element_edge_m > 0.0 &&
       data.surface_area_m2 > largest_piece_m2 * static_cast<double>(kMaxElements))
     refuse_edge(data, options.element_edge_m);
-  const double slender_share = divide_triangles(data, options.element_edge_m);
-  const bool always = options.resampling == ContactResampling::always;
-  if (may_resample(options) && (always || slender_share >= kSlenderShare)) {
+  const bool resamples = may_resample(options), always = options.resampling == ContactResampling::always;
+  const double slender_share = divide_triangles(data, options.element_edge_m, resamples);
+  if (resamples && (always || slender_share >= kSlenderShare)) {
     const double edge_m = options.element_edge_m > 0.0 ? options.element_edge_m : default_edge_m;
     const Samples made = sample_regions(data, edge_m);
     if (always || slender_share - made.slender_share >= kSlenderShare) {

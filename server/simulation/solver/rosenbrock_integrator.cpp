@@ -157,7 +157,7 @@ bool RosenbrockIntegrator::step_calmly(OdeSystem& system, double t, double h, bo
     fresh_steps_ = kFreshSteps;
   else if (follows || !finite)  // the next step has this one to compare with, if it had none
     busy_steps_ = kBusySteps;
-  return calm_;
+  return false;
 }
 
 bool RosenbrockIntegrator::find_step(OdeSystem& system, double t, double whole_s, double& h, bool& mode_ends,
