@@ -195,8 +195,8 @@ class Client {
   void set_gripper(const std::string& gripper, GripperAction action, double width_m = 0.0,
                    double max_force_N = 0.0, std::optional<double> stamp_s = {});
   /// The set-points and the commands of grippers and devices that `send` sends in the calling thread leave in one sample
-  /// (takt_msgs/Commands) when it returns: with several targets that costs a fraction of the time. None is sent if `send`
-  /// throws.
+  /// (takt_msgs/Commands) when it returns: with several targets that costs a fraction of the time. More than 64 of a kind take
+  /// more samples. What has not left is not sent if `send` throws.
   void send_together(const std::function<void()>& send);
 
   // --- requests ---

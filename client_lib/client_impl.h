@@ -220,23 +220,34 @@ class Client::Impl::CommandBatch {
     return of_thread_ != nullptr && &of_thread_->client_ == &client ? of_thread_ : nullptr;
   }
   void add(const std::string& robot, sensor_msgs::msg::JointState&& command) {
+    make_room(collected_.robots, field_info<takt_msgs::msg::Commands>("robots"));
     collected_.robots.push_back({robot, std::move(command)});
   }
   void add(const std::string& gripper, const takt_msgs::msg::GripperCommand& command) {
+    make_room(collected_.grippers, field_info<takt_msgs::msg::Commands>("grippers"));
     collected_.grippers.push_back({gripper, command});
   }
   void add(const std::string& device, takt_msgs::msg::DeviceCommand&& command) {
+    make_room(collected_.devices, field_info<takt_msgs::msg::Commands>("devices"));
     collected_.devices.push_back({device, std::move(command)});
   }
   void send() {
-    if (collected_ == takt_msgs::msg::Commands{}) return;
+    if (collected_.robots.empty() && collected_.grippers.empty() && collected_.devices.empty()) return;
     client_.write(
         client_.sender_for(topics::commands, {},
                            [] { return dds::TypeSupport(new MessageType<takt_msgs::msg::Commands>()); }),
         &collected_, "commands");
+    collected_.robots.clear();
+    collected_.grippers.clear();
+    collected_.devices.clear();
   }
 
  private:
+  /// Commands beyond the bound of a list go into another sample.
+  template <typename List>
+  void make_room(const List& list, const FieldInfo& field) {
+    if (list.size() == field.bound) send();
+  }
   static inline thread_local CommandBatch* of_thread_ = nullptr;
   Impl& client_;
   CommandBatch* outer_;

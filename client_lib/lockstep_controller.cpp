@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <utility>
 
+#include "idl/common/lockstep.h"
 #include "idl/common/text.h"
 
 namespace takt {
@@ -11,6 +13,8 @@ namespace {
 
 /// Far below any step and far above the rounding of times.
 constexpr double kTimeTolerance_s = 1e-9;
+/// Answers ahead that leave together: the cell begins with them while the program goes on.
+constexpr std::size_t kTogether = 16;
 
 using SteadyClock = std::chrono::steady_clock;
 }  // namespace
@@ -94,46 +98,72 @@ void LockstepController::set_signals(const std::string& device,
   for (const auto& [name, value] : signals) (*standing_signals)[name] = value;
 }
 
-const State& LockstepController::advance() {
-  if (!answered_) {  // else the wait for the next boundary was given up
-    sent_ = commands_;
-    send();
-    answered_ = true;
-    ++boundary_;
-  }
-  wait_for_boundary();
+void LockstepController::answer() {
+  answers_.push_back({time_s_, commands_});
+  ++unsent_;
+  ++boundary_;
   for (auto& [target, command] : commands_)
     if (auto* joints = std::get_if<Joints>(&command))
       std::fill(joints->velocities.begin(), joints->velocities.end(), 0.0);
+}
+
+const State& LockstepController::advance() {
+  if (!answered_) {  // else the wait for the next boundary was given up
+    answer();
+    answered_ = true;
+  }
+  wait_for_boundary();
   return state_;
 }
 
-void LockstepController::send() const {
+void LockstepController::advance_ahead() {
+  if (answered_ || answers_.size() + 1 >= kMostLookahead) {
+    advance();
+    return;
+  }
+  answer();
+  time_s_ = time_of(boundary_);
+  if (unsent_ >= kTogether) send_ahead();
+}
+
+void LockstepController::send_ahead() {
+  if (unsent_ == 0) return;
   cell_.send_together([this] {
-    for (const auto& [target, command] : sent_) {
-      if (const auto* joints = std::get_if<Joints>(&command))
-        cell_.send_joint_command(target, joints->positions, joints->velocities, state_.time, joints->efforts);
-      else if (const auto* grip = std::get_if<Grip>(&command))
-        cell_.set_gripper(target, grip->action, grip->width_m, grip->max_force_N, state_.time);
-      else if (const auto* signals = std::get_if<Signals>(&command))
-        cell_.set_signals(target, *signals, state_.time);
+    for (std::size_t i = answers_.size() - std::exchange(unsent_, 0); i < answers_.size(); ++i) {
+      const double stamp_s = answers_[i].time_s;
+      for (const auto& [target, command] : answers_[i].commands) {
+        if (const auto* joints = std::get_if<Joints>(&command))
+          cell_.send_joint_command(target, joints->positions, joints->velocities, stamp_s, joints->efforts);
+        else if (const auto* grip = std::get_if<Grip>(&command))
+          cell_.set_gripper(target, grip->action, grip->width_m, grip->max_force_N, stamp_s);
+        else if (const auto* signals = std::get_if<Signals>(&command))
+          cell_.set_signals(target, *signals, stamp_s);
+      }
     }
   });
 }
 
+/// As the server counts it.
+double LockstepController::time_of(std::uint64_t boundary) const {
+  const double step_s = state_.cell->step_size;
+  return static_cast<double>(period_boundary_step(boundary, options_.period_s, step_s)) * step_s;
+}
+
 void LockstepController::wait_for_boundary() {
   const auto begin = SteadyClock::now();
-  double due_s = static_cast<double>(boundary_) * options_.period_s - kTimeTolerance_s;
+  double due_s = time_of(boundary_) - kTimeTolerance_s;
   const auto exchanged = [&](const State& s) { return s.cell != state_.cell || s.epoch != state_.epoch; };
-  std::uint64_t seen = state_.sample_number;
+  std::uint64_t seen = state_.sample_number, seen_step = state_.step;
   for (;;) {
+    send_ahead();
     const Seconds left = options_.timeout - (SteadyClock::now() - begin);
     const auto next = cell_.wait_for(
         topics::state,
         [&](const State& s) {
           if (s.time >= due_s || exchanged(s) || s.time < state_.time) return true;
-          const bool repeated = answered_ && s.step == state_.step && s.sample_number > seen;
+          const bool repeated = s.step == seen_step && s.sample_number > seen && !answers_.empty();
           seen = std::max(seen, s.sample_number);
+          seen_step = s.step;
           return repeated;
         },
         left);
@@ -149,12 +179,16 @@ void LockstepController::wait_for_boundary() {
     }
     if (next && next->time < state_.time) {  // the time that was answered was not the cell's
       state_ = *next;
+      answers_.clear();
       boundary_ = static_cast<std::uint64_t>(std::ceil((state_.time - kTimeTolerance_s) / options_.period_s));
-      due_s = static_cast<double>(boundary_) * options_.period_s - kTimeTolerance_s;
+      due_s = time_of(boundary_) - kTimeTolerance_s;
       if (state_.time < due_s) continue;
     }
     if (next && next->time >= due_s) {
       state_ = *next;
+      time_s_ = state_.time;
+      answers_.clear();
+      unsent_ = 0;
       answered_ = false;
       // At another pace than lockstep boundaries may have passed meanwhile.
       boundary_ = std::max(boundary_,
@@ -162,16 +196,19 @@ void LockstepController::wait_for_boundary() {
       return;
     }
     if (SteadyClock::now() - begin >= options_.timeout) give_up();
-    if (next) send();  // the instant that was answered has come once more: the commands may not have arrived
+    if (!next) continue;
+    // An instant that was answered has come once more: the commands may not have arrived.
+    std::erase_if(answers_, [&](const Answer& sent) { return sent.time_s < next->time - kTimeTolerance_s; });
+    unsent_ = answers_.size();
   }
 }
 
 void LockstepController::give_up() const {
   const Status status = cell_.status();
-  std::string sentence =
-      "The cell did not come to " + number_text(static_cast<double>(boundary_) * options_.period_s) +
-      " s of simulated time within " + number_text(options_.timeout.count()) + " s: it stands at " +
-      number_text(status.time) + " s and is " + std::string(to_string(status.state));
+  std::string sentence = "The cell did not come to " + number_text(time_of(boundary_)) +
+                         " s of simulated time within " + number_text(options_.timeout.count()) +
+                         " s: it stands at " + number_text(status.time) + " s and is " +
+                         std::string(to_string(status.state));
   for (std::size_t i = 0; i < status.waiting_for.size(); ++i)
     sentence += (i == 0 ? ", waiting for " : " and ") + status.waiting_for[i];
   if (!status.fault.empty()) sentence += ", with the fault: " + status.fault;

@@ -9,8 +9,12 @@
 //     controller.advance();                                      // sends, and returns at the next boundary
 //   }
 //
+// Set-points that do not depend on the cell need no wait (lookahead): advance_ahead() in place of advance() goes on to the next
+// boundary at once, and the cell follows as fast as it computes, with the same bits.
+//
 // A complete program is examples/scripted_publisher.cpp --lockstep.
 #include <cstdint>
+#include <deque>
 #include <map>
 #include <string>
 #include <variant>
@@ -44,8 +48,10 @@ class LockstepController {
   LockstepController(const LockstepController&) = delete;
   LockstepController& operator=(const LockstepController&) = delete;
 
-  /// The instant at the present boundary.
+  /// The instant at the present boundary; after advance_ahead() an earlier one, the newest known.
   const State& state() const { return state_; }
+  /// Simulated time of the present boundary, s.
+  double time_s() const { return time_s_; }
   double period_s() const { return options_.period_s; }
 
   /// Set-point of the robot one period later: positions, velocities (empty: standstill) and efforts (as
@@ -65,6 +71,12 @@ class LockstepController {
   /// exception of ClientOptions::while_waiting the program may call advance() again. That call waits for the
   /// same instant and sends the commands given since.
   const State& advance();
+  /// Answers this boundary as advance() does, and goes on to the next one without a wait for its instant: state() stays as
+  /// it is. The commands leave some periods later, at the latest with advance() or send_ahead(). At most kMostLookahead - 1
+  /// boundaries may lie between the cell and this controller; there it waits as advance() does, and throws as that does.
+  void advance_ahead();
+  /// Sends what advance_ahead() has kept back.
+  void send_ahead();
 
  private:
   struct Joints {
@@ -77,18 +89,26 @@ class LockstepController {
   using Signals = std::map<std::string, double>;  ///< of a device: the values set so far
   using Command = std::variant<Joints, Grip, Signals>;
   Command& standing(const std::string& target);
-  void send() const;
+  /// The commands for a boundary.
+  struct Answer {
+    double time_s;
+    std::map<std::string, Command> commands;
+  };
+  void answer();
+  double time_of(std::uint64_t boundary) const;
   void wait_for_boundary();
   [[noreturn]] void give_up() const;
 
   Client& cell_;
   const LockstepOptions options_;
   std::map<std::string, Command> commands_;  ///< standing, for the next answer
-  std::map<std::string, Command> sent_;      ///< the newest answer
+  std::deque<Answer> answers_;               ///< to boundaries that the cell is not known to have crossed
+  std::size_t unsent_ = 0;                   ///< of the last answers
   State state_;
+  double time_s_ = 0.0;         ///< of the present boundary
   std::uint64_t boundary_ = 0;  ///< number of the present boundary; during a wait, of the next one
   bool registered_ = false;
-  bool answered_ = false;  ///< the present instant, which may not have taken effect yet
+  bool answered_ = false;  ///< the boundary ahead of the next one, which advance() waits for
 };
 
 }  // namespace takt

@@ -71,9 +71,14 @@ void follow(lua_State* L, Way way, const Use& use) {
     follow(self.state(), FieldInfo{}, names, way.subspan(1), use);
 }
 
-/// Brings up to date what the key of index_view may lead to. Names and sizes always are.
+/// Brings up to date what the key of index_view may lead to. The time always is.
 void look(lua_State* L, Way way) {
-  if (way[0] != kState || way.size() < 3) return;
+  if (way[0] != kState) return;
+  if (way.size() < 3) {
+    const bool is_time = way.size() == 1 && lua_type(L, 2) == LUA_TSTRING && to_name(L, 2) == "time";
+    if (!is_time) (void)program(L).state(StatePart::instant, 0);
+    return;
+  }
   const std::string_view list =
       message_info<takt_msgs::msg::CellState>().fields[static_cast<std::size_t>(way[1])].name;
   const bool is_field = way.size() == 3 && lua_type(L, 2) == LUA_TSTRING;
@@ -272,6 +277,7 @@ int index_view(lua_State* L) {
 }
 
 int length_of_view(lua_State* L) {
+  if (to_view(L)[0] == kState) (void)program(L).state(StatePart::instant, 0);
   follow(L, to_view(L), [&]<typename Value>(const Value& value, const FieldInfo&, const Named&) {
     if constexpr (kIsList<Value>)
       lua_pushinteger(L, static_cast<lua_Integer>(value.size()));

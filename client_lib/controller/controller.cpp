@@ -102,7 +102,7 @@ struct Controller::Impl {
   }
 
   void update(StateSource& source) {
-    const CellState& state = source.read(StatePart::instant, 0);
+    const CellState& state = source.read(StatePart::time, 0);
     check_time(state);
     if (!started) start(source.read(StatePart::machines, 0));
     last_time_s = state.time;
@@ -161,7 +161,7 @@ const Output& Controller::update(const CellState& state) {
   struct Whole : StateSource {
     Whole(const Impl& checker, const CellState& message) : impl(checker), state(message) {}
     const CellState& read(StatePart part, std::size_t) override {
-      if (part == StatePart::instant && !std::exchange(checked, true)) impl.check_fits(state);
+      if (part == StatePart::time && !std::exchange(checked, true)) impl.check_fits(state);
       return state;
     }
     const Impl& impl;

@@ -82,7 +82,7 @@ const takt_msgs::msg::CellState& Program::state(StatePart part, std::size_t comp
 
 void Program::run(StateSource& source) {
   source_ = &source;
-  state_ = &source.read(StatePart::instant, 0);
+  state_ = &source.read(StatePart::time, 0);
   lua_.refill();
   for (bool progress = true; progress;) {
     progress = false;

@@ -8,6 +8,7 @@
 namespace takt::controller {
 
 enum class StatePart {
+  time,       ///< and the sizes of all lists
   instant,    ///< time, step, epoch, hash, and the sizes of all lists
   component,  ///< of one component: motion, state, partner
   machines,   ///< robots, grippers and devices but for forces; commands applied

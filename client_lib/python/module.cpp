@@ -243,7 +243,9 @@ start: set the cell to lockstep and playing
 Raises NotFound or Refused for targets, CellTimeout.)")
       .def_property_readonly(
           "state", [](const LockstepController& self) { return view(self.state()); },
-          "State at the present boundary.")
+          "State at the present boundary; after advance_ahead() an earlier one, the newest known.")
+      .def_property_readonly("time_s", &LockstepController::time_s,
+                             "Simulated time of the present boundary, in s.")
       .def_property_readonly("period_s", &LockstepController::period_s,
                              "Simulated time from boundary to boundary, in s.")
       .def("move", &LockstepController::move, py::arg("robot"), py::arg("positions"),
@@ -267,6 +269,14 @@ Without a new one the robot stays there, with the same efforts.)")
           "Raises Lost when the cell was reset or has another scenario, CellTimeout when the boundary does "
           "not "
           "come; then it may be called again.")
+      .def("advance_ahead", &LockstepController::advance_ahead, unlocked,
+           R"(Answers this boundary as advance() does, and goes on to the next one without a wait (lookahead).
+
+For set-points that do not depend on the cell: state stays as it is, and the cell follows as fast as it computes, with the
+same bits. The commands leave some periods later, at the latest with advance() or send_ahead(). 63 boundaries ahead of the
+cell it waits as advance() does, and raises what that raises.)")
+      .def("send_ahead", &LockstepController::send_ahead, unlocked,
+           "Sends what advance_ahead() has kept back.")
       .def("close", &LockstepController::close, unlocked,
            "Unregisters. The cell stays at the present boundary when no other controller is registered.");
 }

@@ -2,6 +2,7 @@
 
 #include <stdexcept>
 
+#include "idl/common/lockstep.h"
 #include "server/simulation/model/cell_model.h"
 
 namespace takt {

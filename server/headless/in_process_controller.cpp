@@ -2,6 +2,7 @@
 
 #include <stdexcept>
 
+#include "idl/common/lockstep.h"
 #include "server/messages/description_message.h"
 
 namespace takt {

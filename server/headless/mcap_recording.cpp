@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "idl/common/cdr.h"
+#include "idl/common/lockstep.h"
 #include "idl/common/stamp.h"
 #include "server/messages/description_message.h"
 #include "server/messages/status_messages.h"

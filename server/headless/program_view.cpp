@@ -20,7 +20,7 @@ void ProgramView::look_at(const Simulation& simulation) {
 }
 
 const takt_msgs::msg::CellState& ProgramView::read(StatePart part, std::size_t component) {
-  if (all_ || part == StatePart::instant) return state_;
+  if (all_ || part == StatePart::time || part == StatePart::instant) return state_;
   const CellDescription& cell = simulation_->description();
   if (part == StatePart::component && read_at_[component] != instant_) {
     simulation_->read_component(static_cast<int>(component), snapshot_.components[component]);

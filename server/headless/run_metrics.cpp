@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "idl/common/lockstep.h"
 #include "server/headless/device_report.h"
 
 namespace takt {

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "idl/common/lockstep.h"
 #include "server/headless/csv_writer.h"
 #include "server/headless/headless_run.h"
 #include "server/headless/report.h"

@@ -54,7 +54,8 @@ TEST(LockstepBlockScenario, EveryRunHasTheBitsOfTheRunInOneProcess) {
     options.liveliness_timeout = Seconds(60.0);
     Client cell(options);
     ChildProcess controller({kBin + "/takt-controller", kProgram, "--cell", cell_name, "--domain", domain,
-                             "--pace", "lockstep", "--start", "--until", "42", "--timeout", "60"});
+                             "--pace", "lockstep", "--start", "--until", "42", "--timeout", "60",
+                             "--lookahead", round % 2 == 0 ? "0" : "63"});
     // Every instant that reaches this client is compared. The hash is chained, so equality at a step means
     // equality at every step before it.
     std::size_t compared = 0;
@@ -72,7 +73,7 @@ TEST(LockstepBlockScenario, EveryRunHasTheBitsOfTheRunInOneProcess) {
     ASSERT_TRUE(end.has_value()) << "round " << round << ": the end was not reached\n" << controller.text;
     ASSERT_EQ(first_wrong, 0U) << "round " << round << ": other bits at this step";
     EXPECT_EQ(end->step, 42000U);
-    EXPECT_GT(compared, 1000U);
+    EXPECT_GT(compared, round % 2 == 0 ? 1000U : 100U);
     EXPECT_EQ(controller.wait(), 0) << controller.text;
     server.signal(SIGTERM);
     EXPECT_EQ(server.wait(), 0) << server.text;

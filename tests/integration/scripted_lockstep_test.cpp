@@ -52,8 +52,8 @@ std::uint64_t hash_in_process() {
   return simulation.state_hash();
 }
 
-/// The same from outside; the state at its end.
-State drive(Client& cell) {
+/// The same from outside; the state at its end. `ahead`: without a look at the cell.
+State drive(Client& cell, bool ahead = false) {
   LockstepOptions options;
   options.targets = {"Robot2", "Gripper2"};
   options.period_s = kPeriod_s;
@@ -65,7 +65,11 @@ State drive(Client& cell) {
     target[4] = start[4] + 3.2 * u * u * (1 - u) * (1 - u);
     if (k == 51) controller.grip("Gripper2", GripperAction::close);
     controller.move("Robot2", target);
-    controller.advance();
+    if (ahead && k < kPeriods)
+      controller.advance_ahead();
+    else
+      controller.advance();
+    EXPECT_NEAR(controller.time_s(), kPeriod_s * k, 1e-12);
   }
   return controller.state();
 }
@@ -89,6 +93,9 @@ TEST(ScriptedLockstep, AScriptedMotionHasTheBitsOfTheSameMotionInOneProcess) {
   EXPECT_TRUE(end.gripper("Gripper2").closed);
   cell.reset();
   EXPECT_EQ(drive(cell).state_hash, expected);
+  cell.reset();
+  EXPECT_EQ(drive(cell, true).state_hash, expected);
+  EXPECT_EQ(cell.status().commands_rejected, 0U);
   cell.set_state(SimulationState::quitting);
   EXPECT_EQ(server.wait(), 0) << server.text;
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <map>
 #include <memory>
 #include <set>
@@ -11,6 +12,7 @@
 #include <thread>
 #include <vector>
 
+#include "idl/common/lockstep.h"
 #include "tests/support/loop_reader.h"
 #include "tests/support/service_cell.h"
 
@@ -260,6 +262,103 @@ TEST_F(RunLoopTest, LockstepWritesInstantsAtBoundariesAndThoseOfAWatch) {
   }
 }
 
+TEST_F(RunLoopTest, CommandsAheadGiveTheBitsOfDirectStepsAndInstantsOnlyWhereTheyAreWaitedFor) {
+  constexpr std::uint64_t kSteps = 400;
+  for (const double period_s : {0.008, 0.0025}) {
+    const auto boundaries = static_cast<std::uint64_t>(std::ceil(0.001 * kSteps / period_s - 1e-6));
+    hashes_.clear();
+    simulation_.reset();
+    start({.pace = Pace::lockstep, .state = SimulationState::paused, .pause_at_s = 0.4});
+    CountingWriter writer(loop_->output());
+    expect_ok(reader_->request(
+        "register_controller",
+        {{"name", "plc"}, {"period", std::to_string(period_s)}, {"targets", "Robot1,Robot2,Gripper1"}}));
+    expect_ok(reader_->request("set_state", {{"state", "1"}}));
+    writer.count = 0;
+    const std::int64_t began_ns = monotonic_now_ns();
+    int waits = 0;
+    for (std::uint64_t first = 0; first < boundaries; first += kMostLookahead, ++waits) {
+      const std::uint64_t at = period_boundary_step(first, period_s, 0.001);
+      ASSERT_TRUE(reader_->wait_until([&] { return reader_->snapshot && reader_->snapshot->step == at; }));
+      const std::uint64_t last = std::min(first + kMostLookahead, boundaries);
+      for (std::uint64_t boundary = first; boundary < last; ++boundary) {
+        const double time_s = static_cast<double>(period_boundary_step(boundary, period_s, 0.001)) * 0.001;
+        for (int robot = 0; robot < 2; ++robot)
+          EXPECT_FALSE(loop_->append(swing(robot, time_s), 1, monotonic_now_ns()));
+        const GripperCommand close{0, SimTime::from_seconds(time_s), GripperAction::close, 0.0, 0.0};
+        EXPECT_FALSE(loop_->append(close, 1, monotonic_now_ns()));
+      }
+    }
+    ASSERT_TRUE(reader_->wait_for_event("end_of_scenario"));
+    loop_->stop();
+    EXPECT_EQ(hashes_.rbegin()->second, direct_hashes(kSteps, period_s, 2, true));
+    EXPECT_EQ(reader_->count("command_rejected"), 0U);
+    const auto for_observers =
+        static_cast<int>((monotonic_now_ns() - began_ns) / InstantSchedule::kObservers_ns) +
+        static_cast<int>(0.001 * kSteps / InstantSchedule::kObservers_s) + 1;
+    EXPECT_LE(writer.count, waits + for_observers);
+  }
+}
+
+TEST_F(RunLoopTest, ASenderThatBeginsAgainDiscardsItsCommandsAhead) {
+  start({.pace = Pace::lockstep, .state = SimulationState::paused, .pause_at_s = 0.04});
+  expect_ok(
+      reader_->request("register_controller", {{"name", "plc"}, {"period", "0.008"}, {"targets", "Robot1"}}));
+  const auto send = [&](double time_s) {
+    EXPECT_FALSE(loop_->append(swing(0, time_s), 1, monotonic_now_ns()));
+  };
+  for (const double time_s : {0.0, 0.008, 0.016, 0.024, 0.032}) send(time_s);
+  send(0.0);  // those behind it are no longer valid
+  expect_ok(reader_->request("set_state", {{"state", "1"}}));
+  ASSERT_TRUE(reader_->wait_until([&] {
+    return reader_->snapshot && reader_->snapshot->step == 8 && reader_->status &&
+           reader_->status->waiting_count == 1;
+  }));
+  // Beyond the lookahead there is no room.
+  send(0.008 + 0.008 * kMostLookahead);
+  ASSERT_TRUE(reader_->wait_until([&] { return reader_->count("command_rejected") == 1; }));
+  for (const double time_s : {0.008, 0.016, 0.024, 0.032}) send(time_s);
+  ASSERT_TRUE(reader_->wait_for_event("end_of_scenario"));
+  loop_->stop();
+  EXPECT_EQ(hashes_.rbegin()->second, direct_hashes(40, 0.008, 1, false));
+  EXPECT_EQ(reader_->count("command_rejected"), 1U);
+}
+
+TEST_F(RunLoopTest, CommandsAheadAreForgottenAtAReset) {
+  start({.pace = Pace::lockstep, .state = SimulationState::paused, .pause_at_s = 0.04});
+  expect_ok(
+      reader_->request("register_controller", {{"name", "plc"}, {"period", "0.008"}, {"targets", "Robot1"}}));
+  const auto send = [&](double time_s) {
+    EXPECT_FALSE(loop_->append(swing(0, time_s), 1, monotonic_now_ns()));
+  };
+  for (const double time_s : {0.008, 0.016, 0.024}) send(time_s);
+  expect_ok(reader_->request("reset", {{"scope", "255"}}));
+  expect_ok(reader_->request("set_state", {{"state", "1"}}));
+  send(0.0);
+  ASSERT_TRUE(reader_->wait_until([&] { return reader_->snapshot && reader_->snapshot->step == 8; }));
+  ASSERT_TRUE(reader_->wait_until([&] { return reader_->status && reader_->status->waiting_count == 1; }));
+  loop_->stop();
+  EXPECT_EQ(simulation_.step_index(), 8U);
+}
+
+TEST_F(RunLoopTest, CommandsAheadKeepTheirBoundariesAtAnotherPace) {
+  start({.pace = Pace::lockstep, .state = SimulationState::paused, .pause_at_s = 0.04});
+  expect_ok(
+      reader_->request("register_controller", {{"name", "plc"}, {"period", "0.008"}, {"targets", "Robot1"}}));
+  for (const double time_s : {0.0, 0.008, 0.016, 0.024, 0.032})
+    EXPECT_FALSE(loop_->append(swing(0, time_s), 1, monotonic_now_ns()));
+  (void)reader_->request("get_state");  // the loop has collected them
+  expect_ok(reader_->request("set_pace", {{"pace", "free"}}));
+  EXPECT_FALSE(loop_->append(swing(0, 0.0), 1, monotonic_now_ns()));
+  for (const double time_s : {0.008, 0.016, 0.024, 0.032})
+    EXPECT_FALSE(loop_->append(swing(0, time_s), 1, monotonic_now_ns()));
+  (void)reader_->request("get_state");
+  expect_ok(reader_->request("set_state", {{"state", "1"}}));
+  ASSERT_TRUE(reader_->wait_for_event("end_of_scenario"));
+  loop_->stop();
+  EXPECT_EQ(hashes_.rbegin()->second, direct_hashes(40, 0.008, 1, false));
+}
+
 TEST_F(RunLoopTest, LockstepKeepsAPeriodThatIsNoMultipleOfTheStep) {
   constexpr std::uint64_t kSteps = 100;
   start({.pace = Pace::lockstep, .state = SimulationState::paused, .pause_at_s = 0.1});
@@ -347,7 +446,7 @@ TEST_F(RunLoopTest, LockstepRefusesOtherStampsAndOtherTargets) {
   expect_ok(
       reader_->request("register_controller", {{"name", "plc"}, {"period", "0.008"}, {"targets", "Robot1"}}));
   expect_ok(reader_->request("set_state", {{"state", "1"}}));
-  EXPECT_FALSE(loop_->append(swing(0, 0.016), 1, monotonic_now_ns()));  // not awaited yet
+  EXPECT_FALSE(loop_->append(swing(0, 0.004), 1, monotonic_now_ns()));  // between the boundaries
   EXPECT_FALSE(loop_->append(swing(1, 0.0), 1, monotonic_now_ns()));    // no controller declared Robot2
   ASSERT_TRUE(reader_->wait_until([&] { return reader_->count("command_rejected") == 2; }));
   const auto reason = [&](std::size_t from_the_end) {

@@ -49,6 +49,11 @@ int run(int argc, char** argv) {
   app.add_option("--until", options.until_s,
                  "go on to this simulated time, s, when the program has finished (its robots hold still)")
       ->check(takt::command_line::not_negative());
+  app.add_option(
+         "--lookahead", options.lookahead,
+         "in lockstep: periods that the program may run ahead of the cell while it does not look at it")
+      ->check(CLI::Range(std::uint64_t{0}, takt::kMostLookahead - 1))
+      ->capture_default_str();
   app.add_option("--name", options.name, "what the controller is called in events and status")
       ->capture_default_str();
   app.add_option(

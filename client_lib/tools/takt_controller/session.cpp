@@ -3,8 +3,12 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <deque>
+#include <exception>
 #include <limits>
 #include <map>
+#include <stdexcept>
+#include <utility>
 
 namespace takt::tool {
 namespace {
@@ -14,6 +18,9 @@ namespace {
 constexpr double kTimeTolerance_s = 1e-9;
 /// Practically without end: DDS announces the end of a server, and a cell may stay paused for any time.
 constexpr Seconds kPatience{1.0e9};
+/// Periods ahead whose commands leave together: the cell begins with them while the program goes on.
+constexpr std::size_t kTogether = 16;
+
 /// How long the sample behind another is waited for; a server repeats its state more often.
 constexpr Seconds kConfirmation{2.0};
 
@@ -73,48 +80,79 @@ class Session {
   void begin_at(const State& state) {
     epoch_ = state.epoch;
     next_boundary_ = std::ceil((state.time - kTimeTolerance_s) / period_s_);
-    sent_at_step_.reset();
-    output_ = nullptr;
-    exchanges_ = 0;
+    answers_.clear();
+    unsent_ = 0;
+    foreseen_ = seen_ = state;
+    exchanges_ = waits_ = 0;
   }
 
-  /// Waits for the next boundary and answers it, or answers the last one again. False when there is nothing
-  /// more to do: then the boundary is left unanswered, and in lockstep the cell stands exactly there.
+  static bool is_at(const State& state, double time_s) { return state.time >= time_s - kTimeTolerance_s; }
+  /// As the server counts it.
+  double time_of(double boundary) const {
+    if (!std::isfinite(boundary)) return boundary;
+    const auto step = period_boundary_step(static_cast<std::uint64_t>(boundary), period_s_, info_->step_size);
+    return static_cast<double>(step) * info_->step_size;
+  }
+
+  /// Answers the next boundary. False when there is nothing more to do: then the boundary is left unanswered, and in
+  /// lockstep the cell stands exactly there.
   bool one_boundary() {
-    const double due_s = next_boundary_ * period_s_ - kTimeTolerance_s;
-    std::uint64_t seen = newest_sample_;
-    const bool last = finished_ && !options_.until_s;
-    const auto state = cell_.wait_for(
-        topics::state,
-        [&](const State& s) {
-          if (s.time >= due_s || s.epoch != epoch_ || s.cell != info_) return true;
-          const bool is_new = s.sample_number > seen;
-          seen = s.sample_number;
-          // The cell repeats the instant that was answered: the commands may not have arrived.
-          return is_new && sent_at_step_ == s.step;
-        },
-        last ? options_.client.timeout : kPatience);
-    if (!state) return false;  // the program has finished and the cell is paused
-    newest_sample_ = state->sample_number;
-    if ((state->cell != info_ || state->epoch != epoch_) && !is_confirmed(*state)) return true;
-    if (state->cell != info_)
-      throw ClientError(
-          ClientError::Kind::lost,
-          "The server was started again, or loaded something else; the program does not go on in the "
-          "middle.");
-    if (state->epoch != epoch_) {
-      std::printf("The cell was reset; %s starts again.\n", options_.program.c_str());
-      std::fflush(stdout);
-      controller_.restart();
-      finished_ = false;
-      begin_at(*state);
+    const double due_s = time_of(next_boundary_);
+    const bool done = finished_ && (!options_.until_s || due_s >= *options_.until_s - kTimeTolerance_s);
+    const auto passed = [&] { return seen_.time > due_s + kTimeTolerance_s; };
+    if (!done && !passed() && may_look_ahead()) {
+      compute_ahead(due_s);
       return true;
     }
-    if (state->time >= due_s) {
-      if (finished_ && state->time >= options_.until_s.value_or(0.0) - kTimeTolerance_s) return false;
-      compute(*state);
-    }
     send();
+    if (!wait_for(due_s, finished_ && !options_.until_s ? options_.client.timeout : kPatience)) return false;
+    if (restarted()) return true;
+    if (finished_ && seen_.time >= options_.until_s.value_or(0.0) - kTimeTolerance_s) return false;
+    if (passed() || !may_look_ahead()) compute();
+    return true;
+  }
+
+  /// Waits until the cell has come to this time. Meanwhile it answers again the instants that the cell repeats: the
+  /// commands may not have arrived. False: not within the patience. Throws when the cell is another one. Returns too when it
+  /// was reset; see restarted().
+  bool wait_for(double due_s, Seconds patience) {
+    ++waits_;
+    for (;;) {
+      std::uint64_t newest = seen_.sample_number;
+      const auto state = cell_.wait_for(
+          topics::state,
+          [&](const State& s) {
+            if (is_at(s, due_s) || s.epoch != epoch_ || s.cell != info_) return true;
+            const bool repeated = s.sample_number > newest && s.step == seen_.step && !answers_.empty();
+            newest = s.sample_number;
+            if (s.step != seen_.step) seen_ = s;
+            return repeated;
+          },
+          patience);
+      if (!state) return false;
+      if ((state->cell != info_ || state->epoch != epoch_) && !is_confirmed(*state)) continue;
+      if (state->cell != info_)
+        throw ClientError(
+            ClientError::Kind::lost,
+            "The server was started again, or loaded something else; the program does not go on in the "
+            "middle.");
+      seen_ = *state;
+      std::erase_if(answers_,
+                    [&](const Answer& answer) { return state->time > answer.time_s + kTimeTolerance_s; });
+      if (state->epoch != epoch_ || is_at(*state, due_s)) return true;
+      unsent_ = answers_.size();
+      send();
+    }
+  }
+
+  /// Begins again after a reset of the cell.
+  bool restarted() {
+    if (seen_.epoch == epoch_) return false;
+    std::printf("The cell was reset; %s starts again.\n", options_.program.c_str());
+    std::fflush(stdout);
+    controller_.restart();
+    finished_ = false;
+    begin_at(State(seen_));
     return true;
   }
 
@@ -125,20 +163,95 @@ class Session {
     return !next || next->cell != info_ || next->epoch != epoch_;
   }
 
-  /// Calls the program once for each boundary up to this state. In lockstep there is exactly one; at other
-  /// paces there may be several after a delay, and the commands of the last one count.
-  void compute(const State& state) {
-    while (next_boundary_ * period_s_ - kTimeTolerance_s <= state.time) {
-      output_ = &controller_.update(state);
-      finished_ = output_->finished;
-      next_boundary_ += 1.0;
+  /// At another pace the state of a boundary cannot be foretold from its number, and the cell does not wait. A cell that was
+  /// taken out of lockstep executes what it has been sent, each command at its boundary.
+  bool may_look_ahead() {
+    if (answers_.empty()) in_lockstep_ = options_.lookahead > 0 && cell_.status().pace == Pace::lockstep;
+    return in_lockstep_ && answers_.size() <= options_.lookahead;
+  }
+
+  /// The state of a boundary that the cell may not have come to: it is waited for when the program looks at it.
+  class FutureState final : public controller::StateSource {
+   public:
+    FutureState(Session& session, double time_s) : session_(session), time_s_(time_s) {
+      session_.foreseen_.time = time_s;
     }
-    time_s_ = state.time;
-    sent_at_step_ = state.step;
+    const takt_msgs::msg::CellState& read(controller::StatePart part, std::size_t) override {
+      if (part == controller::StatePart::time || looked_) return session_.foreseen_;
+      session_.look(time_s_);
+      looked_ = true;
+      return session_.foreseen_;
+    }
+
+   private:
+    Session& session_;
+    double time_s_;
+    bool looked_ = false;
+  };
+
+  void look(double time_s) {
+    if (exchanges_ == 0 || !is_at(seen_, time_s)) {
+      try {
+        send();
+        (void)wait_for(time_s, kPatience);
+        if (seen_.epoch != epoch_) throw std::runtime_error("the cell was reset");
+      } catch (...) {
+        // The program is left by an error of its own.
+        broke_off_ = std::current_exception();
+        throw;
+      }
+    }
+    foreseen_ = seen_;
+  }
+
+  void compute_ahead(double time_s) {
+    broke_off_ = nullptr;
+    FutureState state(*this, time_s);
+    std::exception_ptr fault;
+    try {
+      answer(controller_.update(state), time_s);
+    } catch (...) {
+      fault = std::current_exception();
+    }
+    if (broke_off_ != nullptr) {
+      if (!restarted()) std::rethrow_exception(broke_off_);
+    } else if (fault != nullptr) {
+      stand_at(time_s);
+      std::rethrow_exception(fault);
+    } else {
+      for (next_boundary_ += 1.0; time_of(next_boundary_) <= time_s + kTimeTolerance_s;
+           next_boundary_ += 1.0) {
+      }
+    }
+  }
+
+  /// Leaves the cell where the program failed, so far as it is there.
+  void stand_at(double time_s) {
+    try {
+      send();
+      (void)wait_for(time_s, options_.client.timeout);
+    } catch (const ClientError& error) {
+      std::fprintf(stderr, "takt-controller: %s\n", error.what());
+    }
+  }
+
+  /// Calls the program once for each boundary up to the newest state. In lockstep there is exactly one; at other paces there
+  /// may be several after a delay, and the commands of the last one count.
+  void compute() {
+    const controller::Output* output = nullptr;
+    for (; is_at(seen_, time_of(next_boundary_)); next_boundary_ += 1.0) output = &controller_.update(seen_);
+    if (output != nullptr) answer(*output, seen_.time);
+  }
+
+  void answer(const controller::Output& output, double time_s) {
+    finished_ = output.finished;
+    answers_.push_back({time_s, output});
+    if (++unsent_ >= kTogether) send();
+    time_s_ = time_s;
     last_answer_ = Clock::now();
     if (++exchanges_ > 1) return;
     first_answer_ = last_answer_;
-    first_time_s_ = state.time;
+    first_time_s_ = time_s;
   }
 
   /// From the first answer on, so that neither discovery nor a pause ahead of the program counts.
@@ -146,32 +259,39 @@ class Session {
     const double simulated_s = time_s_ - first_time_s_;
     const double wall_s = std::chrono::duration<double>(last_answer_ - first_answer_).count();
     if (exchanges_ < 2 || wall_s <= 0.0) return;
-    std::printf("%.3f s simulated in %.3f s, real-time factor %.1f: %llu exchanges, %.0f us each.\n",
-                simulated_s, wall_s, simulated_s / wall_s, static_cast<unsigned long long>(exchanges_),
-                1e6 * wall_s / static_cast<double>(exchanges_ - 1));
+    std::printf(
+        "%.3f s simulated in %.3f s, real-time factor %.1f: %llu periods, %.0f us each; %llu instants were "
+        "waited "
+        "for.\n",
+        simulated_s, wall_s, simulated_s / wall_s, static_cast<unsigned long long>(exchanges_),
+        1e6 * wall_s / static_cast<double>(exchanges_ - 1), static_cast<unsigned long long>(waits_));
   }
 
   void send() {
-    if (output_ != nullptr) cell_.send_together([this] { send_commands(); });
+    if (unsent_ == 0) return;
+    cell_.send_together([this] {
+      for (std::size_t i = answers_.size() - std::exchange(unsent_, 0); i < answers_.size(); ++i)
+        send_commands(answers_[i].output, answers_[i].time_s);
+    });
   }
-  void send_commands() {
+  void send_commands(const controller::Output& output, double time_s) {
     const auto used = [](const JointArray& values, std::size_t count) {
       return std::vector<double>(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(count));
     };
-    for (const auto& joints : output_->joints) {
+    for (const auto& joints : output.joints) {
       const std::size_t count = info_->robots.at(static_cast<std::size_t>(joints.robot)).joints.size();
       cell_.send_joint_command(robot_name(joints.robot), used(joints.position, count),
-                               used(joints.velocity, count), time_s_);
+                               used(joints.velocity, count), time_s);
     }
-    for (const auto& gripper : output_->grippers)
+    for (const auto& gripper : output.grippers)
       cell_.set_gripper(gripper_name(gripper.gripper), gripper.verb, gripper.width_m, gripper.max_force_N,
-                        time_s_);
-    for (const auto& set_point : output_->devices) {
+                        time_s);
+    for (const auto& set_point : output.devices) {
       const auto& device = info_->devices.at(static_cast<std::size_t>(set_point.device));
       std::map<std::string, double> signals;
       for (std::size_t i = 0; i < set_point.signals.size(); ++i)
         signals[device.signals.at(static_cast<std::size_t>(set_point.signals[i])).name] = set_point.values[i];
-      cell_.set_signals(device.name, signals, time_s_);
+      cell_.set_signals(device.name, signals, time_s);
     }
   }
 
@@ -191,12 +311,20 @@ class Session {
   double period_s_;
   std::uint32_t epoch_ = 0;
   double next_boundary_ = 0.0;  ///< a whole number
-  std::optional<std::uint64_t> sent_at_step_;
-  std::uint64_t newest_sample_ = 0;
-  const controller::Output* output_ = nullptr;
-  double time_s_ = 0.0;  ///< of the state answered last
+  struct Answer {
+    double time_s;  ///< of its boundary
+    controller::Output output;
+  };
+  std::deque<Answer> answers_;          ///< to boundaries that the cell is not known to have crossed
+  std::size_t unsent_ = 0;              ///< of the last answers
+  State seen_;                          ///< the newest state looked at
+  takt_msgs::msg::CellState foreseen_;  ///< what the program sees; its time at least is that of the boundary
+  std::exception_ptr broke_off_;        ///< what ended the program's look at the cell
+  bool in_lockstep_ = false;
+  double time_s_ = 0.0;  ///< of the boundary answered last
   using Clock = std::chrono::steady_clock;
-  std::uint64_t exchanges_ = 0;  ///< states answered since the last reset
+  std::uint64_t exchanges_ = 0;  ///< boundaries answered since the last reset
+  std::uint64_t waits_ = 0;      ///< of them with a wait for the cell
   Clock::time_point first_answer_, last_answer_;
   double first_time_s_ = 0.0;  ///< of the first of them
   bool finished_ = false;

@@ -5,6 +5,7 @@
 
 #include "client_lib/client.h"
 #include "client_lib/controller/controller.h"
+#include "idl/common/lockstep.h"
 
 namespace takt::tool {
 
@@ -16,6 +17,8 @@ struct SessionOptions {
   std::optional<Pace> pace;
   bool start = false;
   std::optional<double> until_s;  ///< simulated time
+  /// In lockstep: for how many periods the program may run ahead of the cell, while it does not look at it. 0: none.
+  std::uint64_t lookahead = kMostLookahead - 1;
 };
 
 /// Returns 0 when the program has finished (and `until_s` is reached). When the cell goes away it waits for

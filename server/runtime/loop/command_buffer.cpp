@@ -56,7 +56,8 @@ std::optional<Rejection> CommandBuffer::append(const Command& command, std::uint
         missing_[static_cast<std::size_t>(index)] = false;
         --missing_count_;
       }
-      if (wake != nullptr) *wake = !expected || missing_count_ == 0;
+      const bool for_later = missing_count_ > 0 && stamp > expected_stamp_;
+      if (wake != nullptr) *wake = !(expected || for_later) || missing_count_ == 0;
       return std::nullopt;
     }
     if (!stale) newest = {};

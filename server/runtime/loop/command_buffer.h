@@ -40,7 +40,7 @@ class CommandBuffer {
                                   bool* wake = nullptr);
 
   /// Loop thread, ahead of a wait in lockstep: commands with this stamp are missing for these targets. Until the next
-  /// take_all() each of them but the last gives no reason to wake the loop.
+  /// take_all() each of them but the last gives no reason to wake the loop, nor do commands with later stamps.
   void expect(SimTime stamp, std::span<const int> missing);
 
   /// Loop thread. Replaces the contents of `out` by all commands since the last call, in the order of

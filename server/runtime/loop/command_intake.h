@@ -10,6 +10,7 @@
 #include "server/runtime/loop/command_buffer.h"
 #include "server/runtime/loop/lockstep_barrier.h"
 #include "server/runtime/loop/loop_context.h"
+#include "server/runtime/loop/scheduled_commands.h"
 
 namespace takt {
 
@@ -25,7 +26,8 @@ class CommandIntake {
 
   /// Takes the buffered commands. In lockstep the barrier decides on each.
   void collect();
-  bool has(int target) const { return waiting_[static_cast<std::size_t>(target)].has_value(); }
+  /// Whether the target has a command for the present step.
+  bool has(int target) const;
   /// The commands for the next step. In lockstep those of controllers wait for their boundary.
   std::span<const Command> take_batch();
   std::uint64_t applied() const { return applied_; }  ///< commands in all batches whose step was taken
@@ -35,8 +37,10 @@ class CommandIntake {
 
   /// Sets the present instant of the simulation, for the rule about stamps.
   void set_present(double time_s) { buffer_.set_present(SimTime::from_seconds(time_s)); }
-  void drop(int target) { waiting_[static_cast<std::size_t>(target)].reset(); }
-  void drop_all() { waiting_.assign(waiting_.size(), std::nullopt); }
+  /// Discards the target's waiting commands.
+  void drop(int target);
+  /// Discards waiting commands but those for boundaries ahead, which hold at any pace.
+  void drop_present() { waiting_.assign(waiting_.size(), std::nullopt); }
   /// After a jump of the simulation to another instant: discards waiting commands, stamps and figures.
   void restart();
 
@@ -46,6 +50,8 @@ class CommandIntake {
   CommandBuffer buffer_;
   std::vector<ReceivedCommand> incoming_;
   std::vector<std::optional<ReceivedCommand>> waiting_;  ///< by target: the newest not yet applied
+  ScheduledCommands ahead_;
+  std::vector<std::uint64_t> senders_;  ///< by target: of the last command that was kept
   std::vector<Command> batch_;
   std::uint64_t applied_ = 0;
   DurationHistogram latency_;

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 
+#include "idl/common/lockstep.h"
 #include "idl/common/text.h"
-#include "server/simulation/step/simulation.h"
+#include "server/simulation/model/cell_description.h"
+#include "server/simulation/model/command.h"
 
 namespace takt {
 

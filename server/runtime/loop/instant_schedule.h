@@ -1,6 +1,6 @@
 #pragma once
 // Which instants a simulation in lockstep publishes beside those that controllers wait for: for observers some of each
-// second of wall time, and for recorders those of a period of simulated time (request watch_instants).
+// second of wall time and of simulated time, and for recorders those of a period of simulated time (request watch_instants).
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -14,6 +14,7 @@ namespace takt {
 class InstantSchedule {
  public:
   static constexpr std::int64_t kObservers_ns = 10'000'000;  ///< longest wall time between two instants
+  static constexpr double kObservers_s = 0.1;                ///< and longest simulated time
   static constexpr std::size_t kMostWatches = 64;
 
   InstantSchedule() { watches_.reserve(kMostWatches); }
@@ -29,7 +30,8 @@ class InstantSchedule {
   }
   /// Whether the instant is due. Call it for each instant.
   bool due(double time_s, std::int64_t now_ns) {
-    bool due = now_ns - published_ns_ >= kObservers_ns;
+    bool due =
+        now_ns - published_ns_ >= kObservers_ns || time_s >= published_s_ + kObservers_s - kTolerance_s;
     bool ended = false;
     for (Watch& watch : watches_) {
       ended = ended || watch.until_ns <= now_ns;
@@ -40,9 +42,13 @@ class InstantSchedule {
     if (ended) drop_ended(now_ns);
     return due;
   }
-  void published(std::int64_t now_ns) { published_ns_ = now_ns; }
+  void published(double time_s, std::int64_t now_ns) {
+    published_s_ = time_s;
+    published_ns_ = now_ns;
+  }
   /// The simulation is at another instant.
   void restart(double time_s) {
+    published_s_ = time_s;
     for (Watch& watch : watches_) watch.due_s = after(watch, time_s);
   }
 
@@ -67,6 +73,7 @@ class InstantSchedule {
 
   std::vector<Watch> watches_;
   std::int64_t published_ns_ = 0;
+  double published_s_ = 0.0;
 };
 
 }  // namespace takt

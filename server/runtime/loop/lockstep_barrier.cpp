@@ -1,6 +1,9 @@
 #include "server/runtime/loop/lockstep_barrier.h"
 
 #include <algorithm>
+#include <cmath>
+
+#include "idl/common/lockstep.h"
 
 namespace takt {
 namespace {
@@ -12,7 +15,26 @@ constexpr std::int64_t kLateAfter_ns = 1'000'000'000;  // a wait of this length 
 LockstepBarrier::LockstepBarrier(LoopContext& loop)
     : loop_(loop), controllers_(target_count(loop.cell()), loop.cell().step_s) {}
 
-bool LockstepBarrier::admits(const ReceivedCommand& received) {
+std::optional<std::uint64_t> LockstepBarrier::boundary_ahead(const ReceivedCommand& received) const {
+  const auto* controller = controllers_.owner(received.target);
+  const SimTime stamp = stamp_of(received.command);
+  if (controller == nullptr || !stamp.given()) return std::nullopt;
+  const double periods = stamp.seconds() / controller->period_s;
+  const auto next = static_cast<double>(controller->boundary);
+  if (!(periods > next && periods < next + kMostLookahead + 1.0)) return std::nullopt;
+  const double step_s = loop_.cell().step_s;
+  // The stamp is the time of the boundary's step, up to one step behind k * period.
+  for (std::uint64_t k = std::max(controller->boundary + 1, static_cast<std::uint64_t>(periods) - 1);
+       k < controller->boundary + kMostLookahead && static_cast<double>(k) <= periods + 1.0; ++k) {
+    const auto step = period_boundary_step(k, controller->period_s, step_s);
+    if (step > controller->boundary_step &&
+        SimTime::from_seconds(static_cast<double>(step) * step_s) == stamp)
+      return k;
+  }
+  return std::nullopt;
+}
+
+bool LockstepBarrier::admits(const ReceivedCommand& received, bool known_sender) {
   const auto* controller = controllers_.owner(received.target);
   const double step_s = loop_.cell().step_s;
   SimTime stamp = stamp_of(received.command);
@@ -30,9 +52,10 @@ bool LockstepBarrier::admits(const ReceivedCommand& received) {
     // Until its end a trajectory serves as the command for every boundary.
     if (stamp == boundary && !covered_by_trajectory(received.target, boundary_s)) return true;
     if (stamp == boundary) stamp = {};
-    if (controller->boundary > 0) {
-      const auto crossed = period_boundary_step(controller->boundary - 1, controller->period_s, step_s);
-      // The answer to a state that was sent twice.
+    // Answers to a state that was sent twice; from a controller that looks ahead there are several.
+    const std::uint64_t answers = known_sender ? kMostLookahead : 1;
+    for (std::uint64_t back = 1; back <= std::min(answers, controller->boundary); ++back) {
+      const auto crossed = period_boundary_step(controller->boundary - back, controller->period_s, step_s);
       if (stamp == SimTime::from_seconds(static_cast<double>(crossed) * step_s)) return false;
     }
     if (stamp.given()) code = stamp < boundary ? RejectionCode::stale : RejectionCode::out_of_range;
@@ -45,6 +68,16 @@ bool LockstepBarrier::admits(const ReceivedCommand& received) {
         received.sender));
   ++refused_;
   return false;
+}
+
+bool LockstepBarrier::refuses_beside_trajectory(const ReceivedCommand& received) {
+  const double time_s = loop_.simulation.time_s();
+  if (!covered_by_trajectory(received.target, time_s)) return false;
+  loop_.emit(loop_.record_of(
+      events::CommandBesideBoundary{received.target, RejectionCode::invalid_request, false, -1.0, time_s},
+      received.sender));
+  ++refused_;
+  return true;
 }
 
 LockstepBarrier::Verdict LockstepBarrier::check(const std::function<bool(int)>& has_command,
@@ -82,10 +115,10 @@ void LockstepBarrier::missing(const std::function<bool(int)>& has_command, std::
   }
 }
 
-bool LockstepBarrier::at_boundary() const {
-  const auto& controllers = controllers_.controllers();
-  return std::any_of(controllers.begin(), controllers.end(), [this](const auto& controller) {
-    return controller.boundary_step == loop_.simulation.step_index();
+bool LockstepBarrier::is_waited_for(const std::function<bool(int)>& has_command) const {
+  return std::ranges::any_of(controllers_.controllers(), [&](const auto& controller) {
+    return controller.boundary_step == loop_.simulation.step_index() &&
+           !std::ranges::all_of(controller.targets, has_command);
   });
 }
 

@@ -29,8 +29,15 @@ class LockstepBarrier {
   const ControllerRegistry& controllers() const { return controllers_; }
 
   /// In lockstep: whether a command may wait for its boundary. A refused one is reported in an event and
-  /// counted, unless it answers a state that was sent twice.
-  bool admits(const ReceivedCommand& received);
+  /// counted, unless it answers a state that was sent twice. `known_sender`: its sender's was the last command admitted
+  /// for the target.
+  bool admits(const ReceivedCommand& received, bool known_sender);
+  /// At any pace: the boundary of the target's controller that the stamp names, if it lies ahead of the next one, within
+  /// the lookahead.
+  std::optional<std::uint64_t> boundary_ahead(const ReceivedCommand& received) const;
+  /// At the boundary of a command that was sent ahead: whether its robot follows a trajectory. The command is then refused,
+  /// as admits() does.
+  bool refuses_beside_trajectory(const ReceivedCommand& received);
   std::uint64_t refused() const { return refused_; }
 
   struct Verdict {
@@ -42,8 +49,9 @@ class LockstepBarrier {
   Verdict check(const std::function<bool(int target)>& has_command, bool single_step);
   /// The targets whose commands the present step lacks, in `out`.
   void missing(const std::function<bool(int target)>& has_command, std::vector<int>& out) const;
-  /// Whether the present step is a boundary of a controller.
-  bool at_boundary() const;
+  /// Whether the present step is a boundary of a controller that has not sent all its commands for it. Those of robots that
+  /// follow trajectories count too: the controller waits for the instant all the same.
+  bool is_waited_for(const std::function<bool(int target)>& has_command) const;
   /// The step was taken: its boundaries are crossed.
   void crossed(std::uint64_t step);
   /// Ends the wait; the next one starts at zero.

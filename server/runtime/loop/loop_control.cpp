@@ -123,16 +123,17 @@ void LoopControl::publish_instant() {
   status.set_contact_pairs(snapshot.contacts.count + snapshot.contacts.omitted);
   output.snapshots.publish();
   instant_skipped_ = false;
-  instants_.published(monotonic_now_ns());
+  instants_.published(context.simulation.time_s(), monotonic_now_ns());
   if (context.pace != Pace::lockstep || !output.instant_writer.write()) output.news.post();
 }
 
-/// In lockstep a controller waits for the instants at its boundaries. The last of single steps precedes its reply.
+/// In lockstep a controller waits for the instants at its boundaries, but for those that it has answered already. The last
+/// of single steps precedes its reply.
 bool LoopControl::instant_is_wanted(std::int64_t now_ns) {
   if (single_steps_left_ == 1) return true;
   if (context.pace != Pace::lockstep) return context.output.readers.any() || now_ns >= status.due_ns();
   const bool due = instants_.due(context.simulation.time_s(), now_ns);
-  return due || barrier.at_boundary();
+  return due || barrier.is_waited_for([this](int target) { return intake.has(target); });
 }
 
 void LoopControl::set_state(SimulationState state) {
@@ -154,7 +155,7 @@ void LoopControl::set_state(SimulationState state) {
 void LoopControl::set_pace(Pace pace, double factor) {
   context.pace = pace;
   context.factor = factor;
-  intake.drop_all();
+  intake.drop_present();
   barrier.stop_waiting();
   anchor();
 }

@@ -180,10 +180,4 @@ int CellDescription::find_gripper(std::string_view name) const {
   return find_by_name(grippers, name);
 }
 
-std::uint64_t period_boundary_step(std::uint64_t k, double period_s, double step_s) {
-  // The small tolerance keeps k * period / step, when it is a whole number, from being rounded up by its last
-  // bit.
-  return static_cast<std::uint64_t>(std::ceil(static_cast<double>(k) * period_s / step_s - 1e-6));
-}
-
 }  // namespace takt

@@ -195,8 +195,4 @@ class Simulation {
   std::unique_ptr<Impl> impl_;
 };
 
-/// The step at which period number `k` of a sender with the given period begins: the first step not before k
-/// * period.
-std::uint64_t period_boundary_step(std::uint64_t k, double period_s, double step_s);
-
 }  // namespace takt

@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "idl/command_line/numbers.h"
+#include "idl/common/lockstep.h"
 #include "idl/common/parse.h"
 #include "idl/common/text.h"
 #include "server/geometry/convex/decomposition_cache.h"
