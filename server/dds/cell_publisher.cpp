@@ -52,6 +52,10 @@ void CellPublisher::make_writers(const TopicNames& names) {
   clock_ = output(topics::clock);
   tf_ = output(topics::tf);
   tf_static_writer_ = participant_.create_writer(topics::tf_static, names.of(topics::tf_static));
+  for (std::size_t device = 0; device < cell().devices.size(); ++device) {
+    if (!has_wrench(cell().devices[device])) continue;
+    wrenches_.push_back({device, output(topics::wrench, 0, cell().devices[device].name), {}});
+  }
   for (const RobotDescription& robot : cell().robots) {
     joints_.push_back(output(topics::joint_states, 0, robot.name));
     joint_messages_.push_back(make_joint_states_message(robot));
@@ -70,6 +74,7 @@ void CellPublisher::remove_writers() {
     participant_.remove(writer);
   for (const Output& output : instants_) participant_.remove(output.writer);
   for (const Output& output : joints_) participant_.remove(output.writer);
+  for (const SensorOutput& sensor : wrenches_) participant_.remove(sensor.output.writer);
   for (dds::DataWriter* writer : urdf_writers_) participant_.remove(writer);
 }
 
@@ -101,6 +106,11 @@ void CellPublisher::write_robots_and_clock() {
     if (!joints_[robot].is_read()) continue;
     fill(joint_messages_[robot], *newest_, robot);
     check(joints_[robot].writer->write(&joint_messages_[robot], dds::HANDLE_NIL));
+  }
+  for (SensorOutput& sensor : wrenches_) {
+    if (!sensor.output.is_read()) continue;
+    fill(sensor.message, cell(), *newest_, sensor.device);
+    check(sensor.output.writer->write(&sensor.message, dds::HANDLE_NIL));
   }
   if (!clock_.is_read()) return;
   clock_message_.clock = to_time(newest_->time_s);

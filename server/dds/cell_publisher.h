@@ -73,6 +73,12 @@ class CellPublisher {
   takt_msgs::msg::ContactPressures pressures_message_;
   const Snapshot* newest_ = nullptr;  ///< the output's, which it keeps until the next one is taken
   std::vector<sensor_msgs::msg::JointState> joint_messages_;
+  struct SensorOutput {
+    std::size_t device;
+    Output output;
+    geometry_msgs::msg::WrenchStamped message;
+  };
+  std::vector<SensorOutput> wrenches_;  ///< of force-torque sensors
   rosgraph_msgs::msg::Clock clock_message_;
   MovingFramesMessage frames_;
   std::int64_t frames_written_ns_ = 0;

@@ -36,6 +36,7 @@ class DeviceBuilder {
       : meshes(meshes_by_component), surroundings_degC(temperature_degC), cell(model) {}
 
   std::string name;            ///< of the device
+  std::string type{};          ///< its key in a scenario
   int component = -1;          ///< the Part that the device belongs to
   const SharedMeshes& meshes;  ///< by component
   double surroundings_degC;
@@ -57,7 +58,7 @@ class DeviceBuilder {
     entry.device = static_cast<int>(cell.description.devices.size());
     entry.digest = (ModelDigest() << parameters).value();
     cell.auxiliary_models.push_back(std::move(entry));
-    cell.description.devices.push_back({name, std::move(signals)});
+    cell.description.devices.push_back({name, std::move(signals), type});
     return cell.auxiliary_models.back().device;
   }
   /// The same for signals that are plain numbers (SignalTable), which a mechanism reads and writes;

@@ -49,6 +49,9 @@ McapRecording::McapRecording(const std::filesystem::path& file, const Simulation
     joint_channels_.push_back(add_channel(topics::joint_states, robot.name));
     joints_.push_back(make_joint_states_message(robot));
   }
+  for (std::size_t device = 0; device < cell.devices.size(); ++device)
+    if (has_wrench(cell.devices[device]))
+      wrenches_.push_back({device, add_channel(topics::wrench, cell.devices[device].name), {}});
 }
 
 template <typename Type>
@@ -88,6 +91,10 @@ void McapRecording::record(const Simulation& simulation) {
   for (std::size_t robot = 0; robot < joints_.size(); ++robot) {
     fill(joints_[robot], snapshot_, robot);
     write(joint_channels_[robot], joints_[robot]);
+  }
+  for (WrenchChannel& sensor : wrenches_) {
+    fill(sensor.message, cell, snapshot_, sensor.device);
+    write(sensor.channel, sensor.message);
   }
   if (!pressure_pairs_.empty()) {
     fill(pressures_, cell, snapshot_, elements_.read(snapshot_, pressure_pairs_));

@@ -58,6 +58,12 @@ class McapRecording {
   InstantMessages instant_;
   takt_msgs::msg::ContactPressures pressures_;
   std::vector<sensor_msgs::msg::JointState> joints_;
+  struct WrenchChannel {
+    std::size_t device;
+    std::uint16_t channel;
+    geometry_msgs::msg::WrenchStamped message;
+  };
+  std::vector<WrenchChannel> wrenches_;  ///< of force-torque sensors
   MovingFramesMessage frames_;
   PressedElements elements_;
   std::vector<std::size_t> pressure_pairs_;

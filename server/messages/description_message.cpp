@@ -113,6 +113,9 @@ takt_msgs::msg::GripperDescription to_message(const GripperDescription& gripper)
 takt_msgs::msg::DeviceDescription to_message(const DeviceDescription& device) {
   takt_msgs::msg::DeviceDescription message;
   message.name = device.name;
+  message.type = device.type;
+  message.robot = device.robot;
+  message.mount = to_transform(device.X_FD);
   for (const SignalDescription& signal : device.signals)
     message.signals.push_back(
         {std::string(signal.name), std::string(signal.unit), signal.commanded, signal.lower, signal.upper});

@@ -207,6 +207,19 @@ void fill(sensor_msgs::msg::JointState& message, const Snapshot& snapshot, std::
   std::copy_n(sample.effort.begin(), message.effort.size(), message.effort.begin());
 }
 
+bool has_wrench(const DeviceDescription& device) {
+  return device.type == "force_torque_sensors";
+}
+
+void fill(geometry_msgs::msg::WrenchStamped& message, const CellDescription& cell, const Snapshot& snapshot,
+          std::size_t device) {
+  const auto& values = snapshot.devices[device].signals;
+  message.header.stamp = to_time(snapshot.time_s);
+  if (message.header.frame_id.empty()) message.header.frame_id = cell.devices[device].name;
+  message.wrench.force = {values[0], values[1], values[2]};
+  message.wrench.torque = {values[3], values[4], values[5]};
+}
+
 void fill(takt_msgs::msg::ContactPressures& message, const CellDescription& cell, const Snapshot& snapshot,
           const std::vector<PressedPair>& pairs) {
   fill_header(message, snapshot);

@@ -78,6 +78,11 @@ class InstantMessages {
 };
 
 sensor_msgs::msg::JointState make_joint_states_message(const RobotDescription& robot);
+/// Whether the device has a topic wrench.
+bool has_wrench(const DeviceDescription& device);
+/// The first six signals of a device that has one.
+void fill(geometry_msgs::msg::WrenchStamped& message, const CellDescription& cell, const Snapshot& snapshot,
+          std::size_t device);
 void fill(sensor_msgs::msg::JointState& message, const Snapshot& snapshot, std::size_t robot);
 
 takt_msgs::msg::Contact to_message(const ContactSample& sample);

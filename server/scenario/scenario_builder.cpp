@@ -180,6 +180,7 @@ void add_gripper(const Scenario& scenario, const ScenarioGripper& gripper, Impor
 void add_devices(const Scenario& scenario, const SharedMeshes& meshes, CellModel& cell) {
   DeviceBuilder b(meshes, scenario.temperature_degC, cell);
   for (const DeviceType& type : device_types()) {
+    b.type = type.key;
     for (const ScenarioPart& part : scenario.parts) {
       for (const StatedDevice& device : part.devices) {
         if (device.type != &type) continue;

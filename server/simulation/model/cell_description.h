@@ -61,6 +61,9 @@ struct SignalDescription {
 struct DeviceDescription {
   std::string name;
   std::vector<SignalDescription> signals;  ///< at most kMaxSignals
+  std::string type{};                      ///< its section in a scenario
+  int robot = -1;                          ///< whose flange carries it
+  Pose X_FD{};                             ///< its frame in that flange
 
   /// Indices of its signals `power` (W) and `energy` (J): a device with both is a consumer of electrical
   /// energy.

@@ -31,6 +31,14 @@ std::vector<CellFrame> static_frames(const CellDescription& cell, const Snapshot
       frames.push_back({frame_of(robot, on), frame_of(robot, link), X.p, X.quaternion()});
     }
   }
+  for (const DeviceDescription& device : cell.devices) {
+    if (device.robot < 0) continue;
+    const RobotDescription& robot = cell.robots[static_cast<std::size_t>(device.robot)];
+    if (robot.links.empty()) continue;
+    const RobotLink& on = carrier(robot, robot.arm.joint_count() - 1);
+    const Pose X = on.X_JL.inverse() * robot.arm.X_JF * device.X_FD;
+    frames.push_back({frame_of(robot, on), device.name, X.p, X.quaternion()});
+  }
   for (std::size_t i = 0; i < cell.components.size(); ++i) {
     if (cell.components[i].type != ComponentType::ground) continue;
     const ComponentSample& sample = snapshot.components[i];

@@ -1,6 +1,6 @@
 #pragma once
 // A mechanism that holds, moves or releases Parts between steps besides contact and grippers, such as screw
-// joints. A cell model lists mechanisms (CellModel::mechanisms); a device registers one
+// joints, or that measures, such as force-torque sensors. A cell model lists mechanisms (CellModel::mechanisms); a device registers one
 // (server/devices/device_type.h).
 #include <functional>
 
@@ -25,7 +25,9 @@ class PartMechanism {
                       ComponentInteraction& interaction) = 0;
   /// Called after a change of levels of detail or attachments. `by_contact`: whether a component has level 3.
   virtual void choose_stiffness(const std::function<bool(int component)>& by_contact,
-                                ComponentInteraction& interaction) const = 0;
+                                ComponentInteraction& interaction) const {
+    static_cast<void>(by_contact), static_cast<void>(interaction);
+  }
   virtual void save(StateWriter& out) const = 0;
   virtual void load(StateReader& in) = 0;
 };

@@ -78,6 +78,10 @@ class CellPlant {
   const DynamicRobot* dynamic(std::size_t robot) const {
     return levels_[robot] > 1 ? dynamic_[robot].get() : nullptr;
   }
+  /// Masses and inertias of a robot and its grippers, or null where the scenario has no dynamics.
+  const DynamicRobotParameters* dynamics(std::size_t robot) const {
+    return dynamic_[robot] != nullptr ? &dynamic_[robot]->parameters() : nullptr;
+  }
   /// Its segment of the state vector.
   std::span<const double> segment(std::size_t robot) const;
   /// Measured distance of a jaw's grip face from the centre (m).
