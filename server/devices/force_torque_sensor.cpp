@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "idl/common/lockstep.h"
 #include "server/contact/holding/component_interaction.h"
@@ -21,8 +22,10 @@ std::uint64_t splitmix64(std::uint64_t x) {
 
 /// Normal, with standard deviation 1 (Box and Muller 1958).
 double normal(std::uint64_t seed, std::uint64_t place) {
-  const std::uint64_t a = splitmix64(splitmix64(seed) + 2 * place), b = splitmix64(splitmix64(seed) + 2 * place + 1);
-  const double u = (static_cast<double>(a >> 11U) + 0.5) * 0x1p-53, v = static_cast<double>(b >> 11U) * 0x1p-53;
+  const std::uint64_t a = splitmix64(splitmix64(seed) + 2 * place),
+                      b = splitmix64(splitmix64(seed) + 2 * place + 1);
+  const double u = (static_cast<double>(a >> 11U) + 0.5) * 0x1p-53,
+               v = static_cast<double>(b >> 11U) * 0x1p-53;
   return std::sqrt(-2.0 * std::log(u)) * std::cos(2.0 * std::numbers::pi * v);
 }
 
@@ -31,17 +34,20 @@ struct AxisKeys {
   const char *unit, *range, *noise, *bias, *drift, *resolution;
 };
 constexpr AxisKeys kForceKeys{"N", "range_N", "noise_N", "bias_N", "drift_N_per_sqrt_s", "resolution_N"};
-constexpr AxisKeys kTorqueKeys{"N m",      "range_N_m", "noise_N_m",
-                               "bias_N_m", "drift_N_m_per_sqrt_s", "resolution_N_m"};
+constexpr AxisKeys kTorqueKeys{"N m",           "range_N_m", "noise_N_m", "bias_N_m", "drift_N_m_per_sqrt_s",
+                               "resolution_N_m"};
 
 void describe_axes(Fields& f, const char* key, const char* doc, SensorAxes& axes, const AxisKeys& keys) {
   f.section(key, doc, [&] {
-    f.field(keys.range, axes.range, not_negative(keys.unit), "Largest value reported, either way; 0: without bound.");
-    f.field(keys.noise, axes.noise, not_negative(keys.unit), "Standard deviation of each sample, ahead of the filter.");
+    f.field(keys.range, axes.range, not_negative(keys.unit),
+            "Largest value reported, either way; 0: without bound.");
+    f.field(keys.noise, axes.noise, not_negative(keys.unit),
+            "Standard deviation of each sample, ahead of the filter.");
     f.field(keys.bias, axes.bias, vector3(keys.unit), "Added to the true value.");
     f.field(keys.drift, axes.drift_per_sqrt_s, not_negative(keys.unit),
             "Standard deviation of the bias' random walk after one second.");
-    f.field(keys.resolution, axes.resolution, not_negative(keys.unit), "Values are multiples of it; 0: continuous.");
+    f.field(keys.resolution, axes.resolution, not_negative(keys.unit),
+            "Values are multiples of it; 0: continuous.");
   });
 }
 
@@ -54,8 +60,10 @@ SignalTable& board(CellPlant& plant, int device) {
 void describe(Fields& f, ScenarioForceTorqueSensor& s) {
   f.field("robot", s.robot, f.name_of({"robots"}, "a robot"), "Robot whose flange carries it.", kRequired);
   f.pose("pose", s.X_FS, "Pose of the sensor's frame in the flange.");
-  f.field("rate_hz", s.rate_hz, not_negative("Hz"), "Samples in a second of simulated time; 0: one in each step.");
-  f.field("filter_hz", s.filter_hz, not_negative("Hz"), "Cut-off of a low-pass filter of first order; 0: none.");
+  f.field("rate_hz", s.rate_hz, not_negative("Hz"),
+          "Samples in a second of simulated time; 0: one in each step.");
+  f.field("filter_hz", s.filter_hz, not_negative("Hz"),
+          "Cut-off of a low-pass filter of first order; 0: none.");
   f.field("seed", s.seed, WholeRange{0, 2147483647}, "Of noise and drift: equal seeds give equal samples.");
   describe_axes(f, "force", "Of the forces.", s.force, kForceKeys);
   describe_axes(f, "torque", "Of the torques.", s.torque, kTorqueKeys);
@@ -86,24 +94,26 @@ void build(const ScenarioForceTorqueSensor& s, DeviceBuilder& b) {
   b.mechanism<ForceTorqueSensors>().sensors.push_back(p);
   const auto robot = static_cast<std::size_t>(p.robot);
   if (p.bodies > 0 && !b.cell.dynamics[robot])
-    b.cell.import_notes.push_back(
-        {b.name, "does not measure weight and inertia of the grippers of " + s.robot + ", which has no masses: " +
-                     b.cell.no_dynamics[robot],
-         {}});
+    b.cell.import_notes.push_back({b.name,
+                                   "does not measure weight and inertia of the grippers of " + s.robot +
+                                       ", which has no masses: " + b.cell.no_dynamics[robot],
+                                   {}});
 }
 
 DeviceType force_torque_sensor_type() {
-  return device_type<ScenarioForceTorqueSensor>(
-      DeviceType::Owner::cell, "force_torque_sensors", "Force-torque sensors.",
-      "Between the flange of a robot and its grippers: the wrench that they exert on the flange, about the origin and in the "
-      "axes of the sensor. `tare` takes the present value as zero.",
-      false);
+  return device_type<ScenarioForceTorqueSensor>(DeviceType::Owner::cell, "force_torque_sensors",
+                                                "Force-torque sensors.",
+                                                "Between the flange of a robot and its grippers: the wrench "
+                                                "that they exert on the flange, about the origin and in the "
+                                                "axes of the sensor. `tare` takes the present value as zero.",
+                                                false);
 }
 
 void SensorChannel::sample(const Wrench& wrench_S, double period_s) {
   // Exact for a value that is constant between two samples.
-  const double share =
-      p_.filter_hz > 0.0 && samples_ > 0 ? 1.0 - std::exp(-2.0 * std::numbers::pi * p_.filter_hz * period_s) : 1.0;
+  const double share = p_.filter_hz > 0.0 && samples_ > 0
+                           ? 1.0 - std::exp(-2.0 * std::numbers::pi * p_.filter_hz * period_s)
+                           : 1.0;
   overloaded_ = false;
   for (std::size_t i = 0; i < 6; ++i) {
     const SensorAxes& axes = i < 3 ? p_.force : p_.torque;
@@ -126,7 +136,8 @@ void SensorChannel::sample(const Wrench& wrench_S, double period_s) {
 }
 
 void SensorChannel::save(StateWriter& out) const {
-  out.put(samples_), out.put(drift_), out.put(filtered_), out.put(tare_), out.put(values_), out.put(overloaded_);
+  out.put(samples_), out.put(drift_), out.put(filtered_), out.put(tare_), out.put(values_),
+      out.put(overloaded_);
 }
 
 void SensorChannel::load(StateReader& in) {
@@ -142,6 +153,7 @@ ForceTorqueSensors::ForceTorqueSensors(const Model& model) : model_(model) {
 
 void ForceTorqueSensors::start(ComponentInteraction&) {
   steps_ = 0;
+  starting_ = true;
   for (Sensor& sensor : sensors_) {
     sensor.channel.reset();
     sensor.next_sample = 0;
@@ -150,8 +162,9 @@ void ForceTorqueSensors::start(ComponentInteraction&) {
 }
 
 /// Level 1: the grippers as rigid bodies that move as their frames do.
-Wrench ForceTorqueSensors::from_motion(const ForceTorqueSensorParameters& p, double h, const CellMotion& motion,
-                                       const CellPlant& plant, std::span<const Wrench> wrenches, Sensor& sensor) {
+Wrench ForceTorqueSensors::from_motion(const ForceTorqueSensorParameters& p, double h,
+                                       const CellMotion& motion, const CellPlant& plant,
+                                       std::span<const Wrench> wrenches, Sensor& sensor) {
   const DynamicRobotParameters* dynamics = plant.dynamics(static_cast<std::size_t>(p.robot));
   const Vec3 p_WF = motion.arms[static_cast<std::size_t>(p.robot)].X_WF.p;
   Wrench load;
@@ -185,6 +198,7 @@ Wrench ForceTorqueSensors::from_motion(const ForceTorqueSensorParameters& p, dou
 }
 
 bool ForceTorqueSensors::update(double h, const CellMotion& motion, CellPlant& plant, ComponentInteraction&) {
+  if (std::exchange(starting_, false)) return false;
   const double t = static_cast<double>(steps_) * h;
   for (std::size_t i = 0; i < sensors_.size(); ++i) {
     const ForceTorqueSensorParameters& p = model_.sensors[i];
@@ -196,15 +210,15 @@ bool ForceTorqueSensors::update(double h, const CellMotion& motion, CellPlant& p
     if (dynamic != nullptr) sensor.has_before = false;
     if (!due && dynamic != nullptr) continue;
     const std::span<const Wrench> wrenches = plant.system().update_wrenches();
-    const Wrench load_W = dynamic != nullptr
-                              ? dynamic->output(t, plant.segment(robot).data(), motion, wrenches).flange_load_W
-                              : from_motion(p, h, motion, plant, wrenches, sensor);
+    const Wrench load_W =
+        dynamic != nullptr ? dynamic->output(t, plant.segment(robot).data(), motion, wrenches).flange_load_W
+                           : from_motion(p, h, motion, plant, wrenches, sensor);
     if (!due) continue;
     ++sensor.next_sample;
     const Pose X_WS = motion.arms[robot].X_WF * p.X_FS;
     const Vec3 p_SF_W = motion.arms[robot].X_WF.p - X_WS.p;
-    sensor.channel.sample({X_WS.R.transpose() * load_W.f, X_WS.R.transpose() * (load_W.t + p_SF_W.cross(load_W.f))},
-                          period_s);
+    sensor.channel.sample(
+        {X_WS.R.transpose() * load_W.f, X_WS.R.transpose() * (load_W.t + p_SF_W.cross(load_W.f))}, period_s);
     SignalTable& signals = board(plant, p.device);
     const bool wanted = signals.value(tare) >= 0.5;
     if (wanted && !sensor.tare_was_set) sensor.channel.tare();

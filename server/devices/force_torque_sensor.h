@@ -15,18 +15,18 @@ namespace takt {
 
 /// Three axes of a sensor: forces (N) or torques (N m).
 struct SensorAxes {
-  double range = 0.0;           ///< largest value reported; 0: without bound
-  double noise = 0.0;           ///< standard deviation of each sample
-  Vec3 bias = Vec3::Zero();     ///< added from the start on
+  double range = 0.0;             ///< largest value reported; 0: without bound
+  double noise = 0.0;             ///< standard deviation of each sample
+  Vec3 bias = Vec3::Zero();       ///< added from the start on
   double drift_per_sqrt_s = 0.0;  ///< standard deviation of the bias' random walk after one second
-  double resolution = 0.0;      ///< values are multiples of it; 0: continuous
+  double resolution = 0.0;        ///< values are multiples of it; 0: continuous
 };
 
 /// The keys of a sensor in a scenario.
 struct ScenarioForceTorqueSensor {
   std::string robot;
-  Pose X_FS;            ///< sensor frame S in the flange
-  double rate_hz = 0.0; ///< of samples; 0: one in each step
+  Pose X_FS;               ///< sensor frame S in the flange
+  double rate_hz = 0.0;    ///< of samples; 0: one in each step
   double filter_hz = 0.0;  ///< cut-off of a low-pass filter of first order; 0: none
   int seed = 1;
   SensorAxes force, torque;
@@ -100,6 +100,7 @@ class ForceTorqueSensors final : public PartMechanism {
   const Model& model_;
   std::vector<Sensor> sensors_;
   std::uint64_t steps_ = 0;
+  bool starting_ = false;  ///< the next update is that of the initial state, ahead of the first step
 };
 
 }  // namespace takt

@@ -39,8 +39,8 @@ TEST(SensorChannel, TheFilterAnswersAStepAsFirstOrder) {
   SensorChannel channel(p);
   channel.sample({}, 0.001);
   for (int k = 1; k <= 50; ++k)
-    EXPECT_NEAR(value_after(channel, kPull, 0.001), 10.0 * (1.0 - std::exp(-2.0 * std::numbers::pi * 20.0 * 0.001 * k)),
-                1e-12)
+    EXPECT_NEAR(value_after(channel, kPull, 0.001),
+                10.0 * (1.0 - std::exp(-2.0 * std::numbers::pi * 20.0 * 0.001 * k)), 1e-12)
         << k;
 }
 
@@ -154,10 +154,10 @@ struct SensedBlock {
   }
   /// At the begin of the last step.
   Pose flange(std::size_t robot) const {
-    const RobotDescription& description = simulation->description().robots[robot];
-    const auto& palm = before.components[static_cast<std::size_t>(simulation->description().grippers[robot].component)];
-    static_cast<void>(description);
-    return Pose::from_quaternion(palm.p_WB, palm.q_WB) * simulation->description().grippers[robot].X_FG.inverse();
+    const auto& palm =
+        before.components[static_cast<std::size_t>(simulation->description().grippers[robot].component)];
+    return Pose::from_quaternion(palm.p_WB, palm.q_WB) *
+           simulation->description().grippers[robot].X_FG.inverse();
   }
 
   Scenario scenario;
@@ -183,7 +183,8 @@ TEST(ForceTorqueSensor, ShowsTheFlangeLoadOfTheDynamics) {
   double largest = 0.0;
   for (int k = 0; k < 5000; ++k) {
     ASSERT_NO_FATAL_FAILURE(cell.step());
-    if (k == 0) continue;  // drives start with the first step
+    // A new set-point acts on the drives ahead of the sample, and behind the snapshot before it.
+    if (k % 8 == 0) continue;
     for (std::size_t robot : {0U, 1U}) {
       const Wrench expected = cell.before.robots[robot].flange_load_W, shown = cell.shown_W(robot);
       ASSERT_LT((shown.f - expected.f).norm(), 1e-6 * expected.f.norm() + 1e-9) << k;
