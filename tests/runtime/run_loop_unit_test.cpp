@@ -308,7 +308,7 @@ TEST_F(RunLoopTest, ASenderThatBeginsAgainDiscardsItsCommandsAhead) {
     EXPECT_FALSE(loop_->append(swing(0, time_s), 1, monotonic_now_ns()));
   };
   for (const double time_s : {0.0, 0.008, 0.016, 0.024, 0.032}) send(time_s);
-  send(0.0);  // those behind it are no longer valid
+  send(0.0);  // discards those behind it
   expect_ok(reader_->request("set_state", {{"state", "1"}}));
   ASSERT_TRUE(reader_->wait_until([&] {
     return reader_->snapshot && reader_->snapshot->step == 8 && reader_->status &&

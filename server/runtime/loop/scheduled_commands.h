@@ -31,7 +31,7 @@ class ScheduledCommands {
     const auto& held = at(target).slots[boundary % kMostLookahead];
     return held && held->first == boundary;
   }
-  /// The command for this boundary, which is then no longer held.
+  /// Gives away the command for this boundary.
   std::optional<ReceivedCommand> take(int target, std::uint64_t boundary) {
     if (!has(target, boundary)) return std::nullopt;
     auto& held = slot(at(target), boundary);
