@@ -163,18 +163,6 @@ void describe_inputs(Fields& f, std::vector<InputMapping>& inputs, const CellInf
                     });
 }
 
-void write_output(const OutputMapping& output, double value, CommandSender& sender) {
-  const bool on = (value != 0.0) != output.inverted;
-  if (!output.gripper.empty() && output.sets_width)
-    sender.grip(output.gripper, GripperAction::width, std::max(0.0, output.scale * value + output.offset));
-  else if (!output.gripper.empty())
-    sender.grip(output.gripper, on ? GripperAction::close : GripperAction::open);
-  else
-    sender.set_signals(
-        output.device,
-        {{output.signal, output.scale * (output.inverted ? (on ? 1.0 : 0.0) : value) + output.offset}});
-}
-
 double number_of(const InputMapping& input, const State& state) {
   double number = 0.0;
   if (input.gripper.empty()) {

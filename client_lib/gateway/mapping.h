@@ -10,6 +10,7 @@
 //     describe_silence(f, m.silence);
 //     describe_outputs(f, m.outputs, cell, is_output_of_rsi, "DiO, ...");
 //   }
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -81,8 +82,20 @@ void describe_outputs(Fields& f, std::vector<OutputMapping>& outputs, const Cell
 void describe_inputs(Fields& f, std::vector<InputMapping>& inputs, const CellInfo& cell,
                      const IsElement& is_element, const char* allowed);
 
-/// Sends a value that the controller has written: 0 and 1 of a digital element.
-void write_output(const OutputMapping& output, double value, CommandSender& sender);
+/// Sends a value that the controller has written: 0 and 1 of a digital element. `commands` is a CommandSender or a
+/// LockstepController.
+template <class Commands>
+void write_output(const OutputMapping& output, double value, Commands& commands) {
+  const bool on = (value != 0.0) != output.inverted;
+  if (!output.gripper.empty() && output.sets_width)
+    commands.grip(output.gripper, GripperAction::width, std::max(0.0, output.scale * value + output.offset));
+  else if (!output.gripper.empty())
+    commands.grip(output.gripper, on ? GripperAction::close : GripperAction::open);
+  else
+    commands.set_signals(
+        output.device,
+        {{output.signal, output.scale * (output.inverted ? (on ? 1.0 : 0.0) : value) + output.offset}});
+}
 /// The value of an input at an instant.
 double number_of(const InputMapping& input, const State& state);
 bool digital(const InputMapping& input, const State& state);
