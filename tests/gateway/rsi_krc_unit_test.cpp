@@ -86,6 +86,16 @@ TEST(Krc, AHundredMissingAnswersStopAndNinetyNineDoNot) {
   EXPECT_EQ(cell.krc.target()[0], 1.0);
 }
 
+TEST(Krc, LatePacketsCountFromTheFirstAnswerOnIfTheControllerWaits) {
+  Cell cell({.waits_for_sensor = true});
+  cell.missed(500);
+  EXPECT_TRUE(cell.krc.running());
+  EXPECT_EQ(cell.krc.late(), 0U);
+  cell.cycle(1.0);
+  cell.missed(100);
+  EXPECT_EQ(cell.krc.state(), KrcState::connection_lost);
+}
+
 TEST(Krc, AnAnswerWithAnotherIpocIsNotAppliedAndCountsAsLate) {
   Cell cell;
   cell.begin();

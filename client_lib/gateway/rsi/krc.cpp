@@ -58,7 +58,7 @@ void Krc::start(const Six& axes, const Six& external_axes) {
   rotation_sum_ = Mat3::Identity();
   std::fill(values_.begin(), values_.end(), 0.0);
   late_ = packets_ = 0;
-  awaiting_ = answered_ = false;
+  awaiting_ = answered_ = heard_ = false;
   message_.clear();
   fault_.clear();
   reason_.clear();
@@ -92,7 +92,7 @@ Taken Krc::answer(std::string_view bytes) {
     return Taken::invalid;
   }
   awaiting_ = false;
-  answered_ = true;
+  answered_ = heard_ = true;
   if (!parsed.message->message.empty()) message_ = std::move(parsed.message->message);
   for (std::size_t i = 0; i < values_.size(); ++i) {
     const auto& value = parsed.message->values[i];
@@ -108,6 +108,7 @@ Taken Krc::answer(std::string_view bytes) {
 void Krc::end_cycle() {
   if (!awaiting_) return;
   awaiting_ = false;
+  if (options_.waits_for_sensor && !heard_) return;
   ++late_;
   if (late_ >= static_cast<std::uint64_t>(options_.timeout)) {
     end(KrcState::connection_lost, "KSS29002: " + std::to_string(late_) +

@@ -36,6 +36,7 @@ struct KrcOptions {
   bool relative = false;                  ///< RSI_ON(#RELATIVE): corrections are increments
   std::uint64_t first_ipoc = 4208163634;  ///< of the first packet
   int timeout = 100;                      ///< Timeout of the ETHERNET object: late packets until it stops
+  bool waits_for_sensor = false;          ///< late packets count from the first answer on
   Six axis_limit = all_axes(kUnlimited);    ///< AXISCORR: corrections are cut to +- this, degrees
   Six axis_monitor = all_axes(kUnlimited);  ///< AXISCORRMON: larger corrections stop RSI, degrees
   Six axis_lower = all_axes(-kUnlimited);   ///< software limit switches, degrees; a target beyond them stops RSI
@@ -98,6 +99,7 @@ class Krc {
   const Six& external_target() const { return external_target_; }
   /// Where ASPos stands: corrections do not move it.
   const Six& start_axes() const { return start_axes_; }
+  const Six& start_external_axes() const { return start_external_axes_; }
   std::uint64_t ipoc() const { return ipoc_; }
   std::uint64_t late() const { return late_; }        ///< D: late packets since the start
   std::uint64_t packets() const { return packets_; }  ///< since the start
@@ -133,7 +135,7 @@ class Krc {
   Mat3 rotation_sum_ = Mat3::Identity();
   std::vector<double> values_;
   std::uint64_t ipoc_ = 0, late_ = 0, packets_ = 0;
-  bool awaiting_ = false, answered_ = false;
+  bool awaiting_ = false, answered_ = false, heard_ = false;
   std::string message_, fault_;
   std::set<std::string> unknown_;
   std::vector<std::string> new_unknown_;

@@ -17,8 +17,7 @@
 namespace takt::gateway::rsi {
 
 struct SensorPcOptions {
-  int silent_cycles = 50;  ///< so many cycles without a packet: the controller is silent
-  int cycle_ms = 4;
+  double silent_s = 0.2;  ///< so long without a packet: the controller is silent
   PeerClockOptions clock{};  ///< of IPOC
 };
 
@@ -42,10 +41,8 @@ class SensorPc {
 
   /// `arrival_s`: wall time.
   Reception receive(std::string_view bytes, double arrival_s);
-  /// True if packets have come, and none for `silent_cycles`.
-  bool silent(double now_s) const {
-    return packets_ > 0 && now_s - last_arrival_s_ > 1e-3 * options_.silent_cycles * options_.cycle_ms;
-  }
+  /// True if packets have come, and none for `silent_s`.
+  bool silent(double now_s) const { return packets_ > 0 && now_s - last_arrival_s_ > options_.silent_s; }
   std::uint64_t packets() const { return packets_; }
   std::uint64_t restarts() const { return restarts_; }
   std::uint64_t invalid() const { return invalid_; }
