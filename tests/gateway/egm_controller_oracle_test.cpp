@@ -9,7 +9,7 @@
 #include "client_lib/gateway/egm/follower.h"
 #include "tests/support/egm_examples.h"
 
-namespace takt::test {
+namespace takt::test::egm_controller {
 namespace {
 
 using namespace gateway::egm;
@@ -272,4 +272,4 @@ TEST(EgmFollower, AMessageWithoutTheFollowedJointsIsRefused) {
 }
 
 }  // namespace
-}  // namespace takt::test
+}  // namespace takt::test::egm_controller

@@ -8,7 +8,7 @@
 #include "client_lib/gateway/egm/messages.h"
 #include "tests/support/egm_examples.h"
 
-namespace takt::test {
+namespace takt::test::egm_messages {
 namespace {
 
 using namespace gateway::egm;
@@ -95,10 +95,11 @@ TEST(EgmMessages, AMessageCutAtAnyByteIsNoneOrHasNothingThatIsNotInIt) {
     EXPECT_FALSE(sensor.message->planned);
   }
   EXPECT_EQ(whole, 1);
-  for (std::size_t length = 0; length < kGoldenEgmRobot.size(); ++length)
-    if (const auto robot = decode_robot(std::string_view(kGoldenEgmRobot).substr(0, length)); robot.message) {
-      EXPECT_TRUE(robot.message->feed_back.joints.empty() || robot.message->feed_back.joints.size() == 6U) << length;
-    }
+  for (std::size_t length = 0; length < kGoldenEgmRobot.size(); ++length) {
+    const auto robot = decode_robot(std::string_view(kGoldenEgmRobot).substr(0, length));
+    if (!robot.message) continue;
+    EXPECT_TRUE(robot.message->feed_back.joints.empty() || robot.message->feed_back.joints.size() == 6U) << length;
+  }
 }
 
 TEST(EgmMessages, InvalidMessagesAreRefusedWithTheReason) {
@@ -137,14 +138,16 @@ TEST(EgmMessages, RandomChangesOfBytesNeverGiveANumberThatIsNotFinite) {
   std::mt19937 random(11);
   for (int round = 0; round < 50000; ++round) {
     std::string bytes = round % 2 == 0 ? kGoldenEgmSensor : kGoldenEgmRobot;
-    for (unsigned changes = random() % 6 + 1; changes > 0; --changes)
+    for (auto changes = random() % 6 + 1; changes > 0; --changes)
       bytes[random() % bytes.size()] = static_cast<char>(random());
-    if (const auto sensor = decode_sensor(bytes); sensor.message && sensor.message->planned)
+    if (const auto sensor = decode_sensor(bytes); sensor.message && sensor.message->planned) {
       for (const double value : sensor.message->planned->joints) ASSERT_TRUE(std::isfinite(value));
-    if (const auto robot = decode_robot(bytes); robot.message)
+    }
+    if (const auto robot = decode_robot(bytes); robot.message) {
       for (const double value : robot.message->feed_back.joints) ASSERT_TRUE(std::isfinite(value));
+    }
   }
 }
 
 }  // namespace
-}  // namespace takt::test
+}  // namespace takt::test::egm_messages

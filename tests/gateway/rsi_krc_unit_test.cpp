@@ -5,7 +5,7 @@
 #include "client_lib/gateway/rsi/krc.h"
 #include "tests/support/rsi_examples.h"
 
-namespace takt::test {
+namespace takt::test::rsi_krc {
 namespace {
 
 using namespace gateway::rsi;
@@ -263,4 +263,4 @@ TEST(Krc, PoseCorrectionsHaveLimitsAndMonitors) {
 }
 
 }  // namespace
-}  // namespace takt::test
+}  // namespace takt::test::rsi_krc

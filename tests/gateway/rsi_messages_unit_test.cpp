@@ -7,7 +7,7 @@
 #include "client_lib/gateway/rsi/messages.h"
 #include "tests/support/rsi_examples.h"
 
-namespace takt::test {
+namespace takt::test::rsi_messages {
 namespace {
 
 using namespace gateway::rsi;
@@ -157,7 +157,7 @@ TEST(RsiMessages, RandomChangesOfBytesNeverGiveANumberThatIsNotFinite) {
   const auto configuration = rsi_configuration();
   for (int round = 0; round < 20000; ++round) {
     std::string text = round % 2 == 0 ? kGoldenSen : kGoldenRob;
-    for (unsigned changes = random() % 6 + 1; changes > 0; --changes) {
+    for (auto changes = random() % 6 + 1; changes > 0; --changes) {
       const std::size_t at = random() % text.size();
       if (random() % 3 == 0)
         text.erase(at, random() % 9);
@@ -167,10 +167,12 @@ TEST(RsiMessages, RandomChangesOfBytesNeverGiveANumberThatIsNotFinite) {
         text[at] = static_cast<char>(random());
       if (text.empty()) break;
     }
-    if (const auto sen = parse_sen(configuration, text); sen.message)
+    if (const auto sen = parse_sen(configuration, text); sen.message) {
       for (const auto& value : sen.message->values) ASSERT_TRUE(std::isfinite(value.value_or(0.0))) << text;
-    if (const auto rob = parse_rob(configuration, text); rob.message)
+    }
+    if (const auto rob = parse_rob(configuration, text); rob.message) {
       for (const double value : rob.message->actual_axes) ASSERT_TRUE(std::isfinite(value)) << text;
+    }
   }
 }
 
@@ -210,4 +212,4 @@ TEST(RsiConfiguration, EveryMistakeIsReportedWithFileAndLine) {
 }
 
 }  // namespace
-}  // namespace takt::test
+}  // namespace takt::test::rsi_messages

@@ -5,7 +5,7 @@
 #include "client_lib/gateway/rsi/sensor_pc.h"
 #include "tests/support/rsi_examples.h"
 
-namespace takt::test {
+namespace takt::test::rsi_sensor_pc {
 namespace {
 
 using namespace gateway::rsi;
@@ -85,4 +85,4 @@ TEST(SensorPc, TheEmptyFirstFrameOfOldControllersIsIgnoredAndLaterRubbishIsRepor
 }
 
 }  // namespace
-}  // namespace takt::test
+}  // namespace takt::test::rsi_sensor_pc

@@ -4,11 +4,8 @@
 #include <cmath>
 #include <functional>
 
-#include "client_lib/gateway/cell_link.h"
 #include "client_lib/gateway/egm/follower.h"
-#include "client_lib/gateway/event_loop.h"
-#include "client_lib/gateway/throttle.h"
-#include "client_lib/gateway/vendor_axes.h"
+#include "client_lib/gateway/robot_follower.h"
 #include "client_lib/lockstep_controller.h"
 #include "client_lib/tools/takt_egm/egm_mapping.h"
 #include "idl/common/text.h"
@@ -24,19 +21,10 @@ constexpr std::size_t kRobotJoints = 6;
 /// A message that no sensor has heard is sent again; also the wall time between two reports of waiting.
 constexpr auto kAgain = 500ms;
 constexpr auto kWaitingReported = 5s;
-constexpr auto kSupervision = 1s;
 
-double wall_s() {
-  return std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
-}
 std::uint64_t microseconds_since_1970() {
   return static_cast<std::uint64_t>(
       std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::system_clock::now().time_since_epoch()).count());
-}
-
-/// Where a socket is bound that talks to this address.
-std::string local_address_for(const std::string& peer) {
-  return peer.starts_with("127.") ? "127.0.0.1" : peer.find(':') != std::string::npos ? "::" : "0.0.0.0";
 }
 
 egm::PoseKinematics kinematics_of(const VendorAxes& axes) {
@@ -54,7 +42,7 @@ class Controller {
         report_(options.name),
         axes_(cell, mapping.robot, mapping.tool),
         egm_(with_limits(mapping.control, axes_), axes_.count(), kinematics_of(axes_)),
-        written_(mapping.outputs.size()),
+        outputs_(mapping.outputs),
         socket_(loop_.udp(local_address_for(mapping.address), 0)),
         sensor_{mapping.address, static_cast<std::uint16_t>(mapping.port)} {
     loop_.stop_on_signals();
@@ -72,7 +60,7 @@ class Controller {
 
   void begin(const State& state) {
     egm_.start(measured(state));
-    std::fill(written_.begin(), written_.end(), std::nullopt);
+    outputs_.forget();
     report(options_.name, std::string(m_.control.guidance == egm::Guidance::joint ? "EGMRunJoint" : "EGMRunPose") +
                               ": messages every " + std::to_string(m_.cycle_ms) + " ms to " + sensor_.address + " port " +
                               std::to_string(sensor_.port) + ".");
@@ -112,12 +100,7 @@ class Controller {
   template <class Commands>
   void write_outputs(Commands& commands) {
     if (!egm_.rapid_data()) return;
-    for (std::size_t i = 0; i < m_.outputs.size(); ++i) {
-      const auto value = rapid_value(*egm_.rapid_data(), m_.outputs[i].name);
-      if (!value || written_[i] == value) continue;
-      written_[i] = value;
-      write_output(m_.outputs[i], *value, commands);
-    }
+    outputs_.write([this](const std::string& name) { return rapid_value(*egm_.rapid_data(), name); }, commands);
   }
 
   void receive(std::string_view bytes, const Endpoint& from) {
@@ -145,7 +128,7 @@ class Controller {
   ThrottledReport report_;
   VendorAxes axes_;
   egm::Controller egm_;
-  std::vector<std::optional<double>> written_;
+  ChangedOutputs outputs_;
   std::uint64_t heard_ = 0;
   EventLoop loop_;
   std::unique_ptr<UdpSocket> socket_;
@@ -215,14 +198,7 @@ class RealtimeEgm : public Controller {
     epoch_ = link.state()->epoch;
     bool failed = false;
     loop_.every(std::chrono::milliseconds(m_.cycle_ms), [this] { cycle(); });
-    loop_.every(kSupervision, [&] {
-      link.supervise();
-      if (client.cell() != link.cell()) {
-        report(options_.name, "The cell has another scenario; start takt-egm again.");
-        failed = true;
-        loop_.stop();
-      }
-    });
+    supervise_each_second(loop_, client, link, options_.name, failed);
     loop_.run();
     link_ = nullptr;
     report_figures();
@@ -263,9 +239,9 @@ class SensorSide {
         m_(mapping),
         report_(options.name),
         axes_(cell, mapping.robot, mapping.tool),
-        follower_({.silent_s = mapping.silence.deadline_s, .planned = mapping.planned}),
-        resynchronisation_(mapping.first_command),
-        written_(mapping.outputs.size()),
+        egm_({.silent_s = mapping.silence.deadline_s, .planned = mapping.planned}),
+        follower_(options.name, axes_, mapping.first_command, mapping.silence.action, 1e-3 * mapping.cycle_ms),
+        outputs_(mapping.outputs),
         socket_(loop_.udp(mapping.address, static_cast<std::uint16_t>(mapping.port))) {
     loop_.stop_on_signals();
   }
@@ -278,34 +254,23 @@ class SensorSide {
     socket_->start([this](std::string_view bytes, const Endpoint& from) { receive(bytes, from); });
     loop_.every(20ms, [this] { watch(); });
     bool failed = false;
-    loop_.every(kSupervision, [&] {
-      link.supervise();
-      if (client.cell() != link.cell()) {
-        report(options_.name, "The cell has another scenario; start takt-egm again.");
-        failed = true;
-        loop_.stop();
-      }
-    });
+    supervise_each_second(loop_, client, link, options_.name, failed);
     loop_.run();
     link_ = nullptr;
-    report(options_.name, std::to_string(follower_.messages()) + " messages, " + std::to_string(follower_.invalid()) +
-                              " invalid, " + std::to_string(follower_.restarts()) + " starts of the controller. " + link.figures());
+    report(options_.name, std::to_string(egm_.messages()) + " messages, " + std::to_string(egm_.invalid()) + " invalid, " +
+                              std::to_string(egm_.restarts()) + " starts of the controller. " + link.figures());
     return failed ? 1 : 0;
   }
 
  private:
   void receive(std::string_view bytes, const Endpoint& from) {
-    if (peer_ && from != *peer_ && !silent_) {
-      report_("foreign", "A datagram from " + from.address + " port " + std::to_string(from.port) +
-                             " is ignored; this robot follows " + peer_->address + " port " + std::to_string(peer_->port) + ".");
-      return;
-    }
-    egm::Reception message = follower_.receive(bytes, wall_s());
+    if (!follower_.accepts(from)) return;
+    const egm::Reception message = egm_.receive(bytes, wall_s());
     if (!message.fault.empty()) report_("invalid", "A message is invalid: " + message.fault + ".");
     if (!message.state) return;
     if (m_.answers) {
       if (const auto data = rapid_data_of(m_.inputs, *link_->state()))
-        socket_->send(follower_.answer(*data, message.state->header.tm_ms.value_or(0)), from);
+        socket_->send(egm_.answer(*data, message.state->header.tm_ms.value_or(0)), from);
     }
     const std::vector<double> joints = egm::Follower::joints_of(*message.state, m_.planned);
     if (joints.size() != axes_.count()) {
@@ -313,81 +278,36 @@ class SensorSide {
                            std::to_string(axes_.count()) + ". It is not followed.");
       return;
     }
-    if (message.restarted) {
-      report(options_.name, "The robot controller at " + from.address + " sends.");
-      peer_ = from;
-      silent_ = false;
-      resynchronisation_.restart();
-      before_.clear();
-    }
-    if (message.drives != drives_) report(options_.name, message.drives ? "The motors are on." : "The motors are off or the MCI has an error; the robot holds.");
+    if (message.restarted) follower_.begin(from);
+    if (message.drives != drives_)
+      report(options_.name, message.drives ? "The motors are on." : "The motors are off or the MCI has an error; the robot holds.");
+    if (message.drives && !drives_) follower_.resynchronise();
     drives_ = message.drives;
-    const double due_s = message.time_s + m_.delay_s;
-    const egm::RapidData rapid = message.state->rapid_data.value_or(egm::RapidData{});
-    if (m_.delay_s <= 0.0 || due_s <= wall_s()) {
-      follow(joints, rapid, message.time_s);
-      return;
-    }
-    loop_.after(std::chrono::nanoseconds(std::llround(1e9 * (due_s - wall_s()))),
-                [this, joints, rapid, time_s = message.time_s] { follow(joints, rapid, time_s); });
+    call_at(loop_, message.time_s, m_.delay_s,
+            [this, joints, rapid = message.state->rapid_data, time_s = message.time_s] { follow(joints, rapid, time_s); });
   }
 
-  void follow(const std::vector<double>& joints, const egm::RapidData& rapid, double time_s) {
-    for (std::size_t i = 0; i < m_.outputs.size(); ++i) {
-      const auto value = rapid_value(rapid, m_.outputs[i].name);
-      if (!value || written_[i] == value) continue;
-      written_[i] = value;
-      write_output(m_.outputs[i], *value, link_->sender());
-    }
-    if (!drives_) {
-      hold();
-      return;
-    }
-    const auto state = link_->state();
-    const double cycle_s = 1e-3 * m_.cycle_ms;
-    const double passed_s = before_.empty() || time_s <= before_s_ ? cycle_s : time_s - before_s_;
-    const bool was_engaged = resynchronisation_.engaged();
-    auto next = resynchronisation_.next(axes_.joints_of(joints), state->robot(axes_.robot()).position, passed_s);
-    if (!next) {
-      report_("refused", "The controller's positions are far from the robot's; they are refused (first_command).");
-      return;
-    }
-    if (!was_engaged && resynchronisation_.engaged()) report(options_.name, "The robot follows its controller.");
-    std::vector<double> velocities(next->size(), 0.0);
-    if (!before_.empty())
-      for (std::size_t i = 0; i < velocities.size(); ++i) velocities[i] = ((*next)[i] - before_[i]) / passed_s;
-    before_ = *next;
-    before_s_ = time_s;
-    link_->sender().move(axes_.robot(), std::move(*next), axes_.limited(std::move(velocities)));
-  }
-
-  void hold() {
-    if (!before_.empty()) link_->sender().move(axes_.robot(), before_, std::vector<double>(before_.size(), 0.0));
+  void follow(const std::vector<double>& joints, const std::optional<egm::RapidData>& rapid, double time_s) {
+    if (rapid) outputs_.write([&](const std::string& name) { return rapid_value(*rapid, name); }, link_->sender());
+    if (drives_)
+      follower_.follow(joints, time_s, *link_->state(), link_->sender());
+    else
+      follower_.hold(link_->sender());
   }
 
   void watch() {
     if (options_.until_s && link_->state()->time >= *options_.until_s - kTimeTolerance_s) loop_.stop();
-    if (silent_ || !follower_.silent(wall_s())) return;
-    silent_ = true;
-    const bool stops = m_.silence.action == SafeAction::stop;
-    report(options_.name, "The robot controller is silent; the robot " + std::string(stops ? "brakes." : "holds."));
-    if (stops)
-      link_->sender().stop(axes_.robot());
-    else
-      hold();
+    if (egm_.silent(wall_s())) follower_.silence(link_->sender());
   }
 
   const EgmOptions& options_;
   const EgmMapping& m_;
   ThrottledReport report_;
   VendorAxes axes_;
-  egm::Follower follower_;
-  Resynchronisation resynchronisation_;
-  std::vector<std::optional<double>> written_;
-  std::vector<double> before_;
-  double before_s_ = 0.0;
-  bool silent_ = false, drives_ = true;
-  std::optional<Endpoint> peer_;
+  egm::Follower egm_;
+  RobotFollower follower_;
+  ChangedOutputs outputs_;
+  bool drives_ = true;
   EventLoop loop_;
   std::unique_ptr<UdpSocket> socket_;
   CellLink* link_ = nullptr;

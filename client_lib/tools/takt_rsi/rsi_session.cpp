@@ -1,14 +1,10 @@
 #include "client_lib/tools/takt_rsi/rsi_session.h"
 
 #include <chrono>
-#include <cmath>
 #include <functional>
 
-#include "client_lib/gateway/cell_link.h"
-#include "client_lib/gateway/event_loop.h"
+#include "client_lib/gateway/robot_follower.h"
 #include "client_lib/gateway/rsi/sensor_pc.h"
-#include "client_lib/gateway/throttle.h"
-#include "client_lib/gateway/vendor_axes.h"
 #include "client_lib/lockstep_controller.h"
 #include "client_lib/tools/takt_rsi/rsi_mapping.h"
 #include "idl/common/text.h"
@@ -23,16 +19,6 @@ constexpr double kTimeTolerance_s = 1e-9;
 /// A packet that no sensor PC has heard is sent again; also the wall time between two reports of waiting.
 constexpr auto kAgain = 500ms;
 constexpr auto kWaitingReported = 5s;
-constexpr auto kSupervision = 1s;
-
-double wall_s() {
-  return std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
-}
-
-/// Where a socket is bound that talks to this address.
-std::string local_address_for(const std::string& peer) {
-  return peer.starts_with("127.") ? "127.0.0.1" : peer.find(':') != std::string::npos ? "::" : "0.0.0.0";
-}
 
 rsi::PoseKinematics kinematics_of(const VendorAxes& axes) {
   if (!axes.has_poses()) return {};
@@ -48,6 +34,11 @@ rsi::PoseKinematics kinematics_of(const VendorAxes& axes) {
           }};
 }
 
+double value_of(const InputMapping& input, const rsi::Channel& channel, const State& state) {
+  if (channel.type == rsi::ValueType::boolean) return digital(input, state) ? 1.0 : 0.0;
+  return number_of(input, state);
+}
+
 /// What both paces of the controller's side share: packets from states, set-points from targets.
 class Controller {
  public:
@@ -57,7 +48,7 @@ class Controller {
         report_(options.name),
         axes_(cell, mapping.robot, mapping.tool),
         krc_(mapping.configuration, with_switches(mapping.krc, axes_), kinematics_of(axes_)),
-        written_(mapping.outputs.size()),
+        outputs_(mapping.outputs),
         socket_(loop_.udp(local_address_for(mapping.address), 0)),
         pc_{mapping.address, static_cast<std::uint16_t>(mapping.port)} {
     loop_.stop_on_signals();
@@ -79,7 +70,7 @@ class Controller {
     const std::vector<double> axes = axes_.axes_of(state.robot(axes_.robot()).position);
     krc_.start(six_of(axes), six_of(axes, 6));
     before_.clear();
-    std::fill(written_.begin(), written_.end(), std::nullopt);
+    outputs_.forget();
     report(options_.name, "RSI is on: packets every " + std::to_string(m_.krc.cycle_ms) + " ms to " + pc_.address + " port " +
                               std::to_string(pc_.port) + ", corrections are " + (m_.krc.relative ? "relative" : "absolute") + ".");
   }
@@ -102,8 +93,7 @@ class Controller {
     rob.values.assign(channels.size(), 0.0);
     for (const InputMapping& input : m_.inputs) {
       const auto place = static_cast<std::size_t>(rsi::Configuration::find(channels, input.name));
-      rob.values[place] = channels[place].type == rsi::ValueType::boolean ? (digital(input, state) ? 1.0 : 0.0)
-                                                                          : number_of(input, state);
+      rob.values[place] = value_of(input, channels[place], state);
     }
     return krc_.begin_cycle(rob);
   }
@@ -125,13 +115,11 @@ class Controller {
 
   template <class Commands>
   void write_outputs(Commands& commands) {
-    for (std::size_t i = 0; i < m_.outputs.size(); ++i) {
-      const auto place = static_cast<std::size_t>(rsi::Configuration::find(m_.configuration.receive, m_.outputs[i].name));
-      const double value = krc_.values()[place];
-      if (written_[i] == value) continue;
-      written_[i] = value;
-      write_output(m_.outputs[i], value, commands);
-    }
+    outputs_.write(
+        [this](const std::string& tag) -> std::optional<double> {
+          return krc_.values()[static_cast<std::size_t>(rsi::Configuration::find(m_.configuration.receive, tag))];
+        },
+        commands);
   }
 
   void receive(std::string_view bytes, const Endpoint& from) {
@@ -173,7 +161,7 @@ class Controller {
   VendorAxes axes_;
   rsi::Krc krc_;
   std::vector<double> before_;
-  std::vector<std::optional<double>> written_;
+  ChangedOutputs outputs_;
   bool heard_ = false, failed_ = false;
   EventLoop loop_;
   std::unique_ptr<UdpSocket> socket_;
@@ -248,14 +236,7 @@ class RealtimeRsi : public Controller {
     rsi_on(*link.state());
     epoch_ = link.state()->epoch;
     loop_.every(std::chrono::milliseconds(m_.krc.cycle_ms), [this] { cycle(); });
-    loop_.every(kSupervision, [&] {
-      link.supervise();
-      if (client.cell() != link.cell()) {
-        report(options_.name, "The cell has another scenario; start takt-rsi again.");
-        failed_ = true;
-        loop_.stop();
-      }
-    });
+    supervise_each_second(loop_, client, link, options_.name, failed_);
     loop_.run();
     link_ = nullptr;
     report(options_.name, link.figures());
@@ -313,8 +294,8 @@ class SensorSide {
         report_(options.name),
         axes_(cell, mapping.robot, mapping.tool),
         pc_(mapping.configuration, {.silent_s = mapping.silence.deadline_s}),
-        resynchronisation_(mapping.first_command),
-        written_(mapping.outputs.size()),
+        follower_(options.name, axes_, mapping.first_command, mapping.silence.action, 1e-3 * mapping.krc.cycle_ms),
+        outputs_(mapping.outputs),
         socket_(loop_.udp(mapping.address, static_cast<std::uint16_t>(mapping.port))) {
     loop_.stop_on_signals();
   }
@@ -328,14 +309,7 @@ class SensorSide {
     socket_->start([this](std::string_view bytes, const Endpoint& from) { receive(bytes, from); });
     loop_.every(std::chrono::milliseconds(5 * m_.krc.cycle_ms), [this] { watch(); });
     bool failed = false;
-    loop_.every(kSupervision, [&] {
-      link.supervise();
-      if (client.cell() != link.cell()) {
-        report(options_.name, "The cell has another scenario; start takt-rsi again.");
-        failed = true;
-        loop_.stop();
-      }
-    });
+    supervise_each_second(loop_, client, link, options_.name, failed);
     loop_.run();
     link_ = nullptr;
     report(options_.name, std::to_string(pc_.packets()) + " packets, " + std::to_string(pc_.invalid()) + " invalid, " +
@@ -346,77 +320,37 @@ class SensorSide {
 
  private:
   void receive(std::string_view bytes, const Endpoint& from) {
-    if (peer_ && from != *peer_ && !silent_) {
-      report_("foreign", "A datagram from " + from.address + " port " + std::to_string(from.port) +
-                             " is ignored; this robot follows " + peer_->address + " port " + std::to_string(peer_->port) + ".");
-      return;
-    }
+    if (!follower_.accepts(from)) return;
     const auto state = link_->state();
+    const auto& channels = m_.configuration.receive;
     for (const InputMapping& input : m_.inputs) {
-      const auto place = static_cast<std::size_t>(rsi::Configuration::find(m_.configuration.receive, input.name));
-      pc_.set(place, m_.configuration.receive[place].type == rsi::ValueType::boolean ? (digital(input, *state) ? 1.0 : 0.0)
-                                                                                     : number_of(input, *state));
+      const auto place = static_cast<std::size_t>(rsi::Configuration::find(channels, input.name));
+      pc_.set(place, value_of(input, channels[place], *state));
     }
-    rsi::Reception packet = pc_.receive(bytes, wall_s());
+    const rsi::Reception packet = pc_.receive(bytes, wall_s());
     if (!packet.answer.empty()) socket_->send(packet.answer, from);
     for (const std::string& name : pc_.new_unknown())
       report(options_.name, "The packets have " + name + ", which the list SEND of the configuration does not have; it is ignored.");
     if (!packet.fault.empty()) report_("invalid", "A packet is invalid: " + packet.fault + ".");
     if (!packet.state) return;
-    if (packet.restarted) {
-      report(options_.name, "The robot controller at " + from.address + " sends, IPOC " + std::to_string(packet.state->ipoc) + ".");
-      peer_ = from;
-      silent_ = false;
-      resynchronisation_.restart();
-      before_.clear();
-    }
-    const double due_s = packet.time_s + m_.delay_s;
-    if (m_.delay_s <= 0.0 || due_s <= wall_s()) {
-      follow(*packet.state, packet.time_s);
-      return;
-    }
-    loop_.after(std::chrono::nanoseconds(std::llround(1e9 * (due_s - wall_s()))),
-                [this, rob = *packet.state, time_s = packet.time_s] { follow(rob, time_s); });
+    if (packet.restarted) follower_.begin(from);
+    call_at(loop_, packet.time_s, m_.delay_s, [this, rob = *packet.state, time_s = packet.time_s] { follow(rob, time_s); });
   }
 
   void follow(const rsi::Rob& rob, double time_s) {
-    const auto state = link_->state();
     std::vector<double> axes(axes_.count());
     for (std::size_t i = 0; i < axes.size(); ++i) axes[i] = i < 6 ? rob.actual_axes[i] : rob.actual_external_axes[i - 6];
-    const double cycle_s = 1e-3 * m_.krc.cycle_ms;
-    const double passed_s = before_.empty() || time_s <= before_s_ ? cycle_s : time_s - before_s_;
-    const bool was_engaged = resynchronisation_.engaged();
-    auto next = resynchronisation_.next(axes_.joints_of(axes), state->robot(axes_.robot()).position, passed_s);
-    if (!next) {
-      report_("refused", "The controller's positions are far from the robot's; they are refused (first_command).");
-      return;
-    }
-    if (!was_engaged && resynchronisation_.engaged()) report(options_.name, "The robot follows its controller.");
-    std::vector<double> velocities(next->size(), 0.0);
-    if (!before_.empty())
-      for (std::size_t i = 0; i < velocities.size(); ++i) velocities[i] = ((*next)[i] - before_[i]) / passed_s;
-    before_ = *next;
-    before_s_ = time_s;
-    link_->sender().move(axes_.robot(), std::move(*next), axes_.limited(std::move(velocities)));
-    for (std::size_t i = 0; i < m_.outputs.size(); ++i) {
-      const auto place = static_cast<std::size_t>(rsi::Configuration::find(m_.configuration.send, m_.outputs[i].name));
-      const double value = rob.values[place];
-      if (written_[i] == value) continue;
-      written_[i] = value;
-      write_output(m_.outputs[i], value, link_->sender());
-    }
+    follower_.follow(axes, time_s, *link_->state(), link_->sender());
+    outputs_.write(
+        [&](const std::string& tag) -> std::optional<double> {
+          return rob.values[static_cast<std::size_t>(rsi::Configuration::find(m_.configuration.send, tag))];
+        },
+        link_->sender());
   }
 
   void watch() {
     if (options_.until_s && link_->state()->time >= *options_.until_s - kTimeTolerance_s) loop_.stop();
-    if (silent_ || !pc_.silent(wall_s())) return;
-    silent_ = true;
-    const bool stops = m_.silence.action == SafeAction::stop;
-    report(options_.name, "The robot controller is silent; the robot " + std::string(stops ? "brakes." : "holds."));
-    if (stops)
-      link_->sender().stop(axes_.robot());
-    else if (!before_.empty())
-      link_->sender().move(axes_.robot(), before_, std::vector<double>(before_.size(), 0.0));
+    if (pc_.silent(wall_s())) follower_.silence(link_->sender());
   }
 
   const RsiOptions& options_;
@@ -424,12 +358,8 @@ class SensorSide {
   ThrottledReport report_;
   VendorAxes axes_;
   rsi::SensorPc pc_;
-  Resynchronisation resynchronisation_;
-  std::vector<std::optional<double>> written_;
-  std::vector<double> before_;
-  double before_s_ = 0.0;
-  bool silent_ = false;
-  std::optional<Endpoint> peer_;
+  RobotFollower follower_;
+  ChangedOutputs outputs_;
   EventLoop loop_;
   std::unique_ptr<UdpSocket> socket_;
   CellLink* link_ = nullptr;
