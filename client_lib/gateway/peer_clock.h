@@ -9,7 +9,8 @@ namespace takt::gateway {
 
 struct PeerClockOptions {
   std::uint64_t jump_ms = 1000;  ///< a larger step of the stamp is a restart of the controller
-  std::uint64_t old_ms = 40;     ///< a stamp at most this far back was doubled or overtaken; further back is a restart
+  std::uint64_t old_ms =
+      40;  ///< a stamp at most this far back was doubled or overtaken; further back is a restart
   /// Stamp and arrival may be this far apart. Beyond it stamps count anew from the arrival: the controller's clock drifts,
   /// or its stamps are no milliseconds.
   double drift_s = 0.1;
@@ -34,7 +35,8 @@ class PeerClock {
     reading.restarted = first || stamp_ms < last_ms_ || stamp_ms - last_ms_ > options_.jump_ms;
     started_ = true;
     last_ms_ = stamp_ms;
-    if (reading.restarted || stamp_ms < origin_ms_ || std::abs(time_of(stamp_ms) - arrival_s) > options_.drift_s) {
+    if (reading.restarted || stamp_ms < origin_ms_ ||
+        std::abs(time_of(stamp_ms) - arrival_s) > options_.drift_s) {
       origin_ms_ = stamp_ms;
       origin_s_ = arrival_s;
     }
@@ -43,7 +45,9 @@ class PeerClock {
   }
 
  private:
-  double time_of(std::uint64_t stamp_ms) const { return origin_s_ + 1e-3 * static_cast<double>(stamp_ms - origin_ms_); }
+  double time_of(std::uint64_t stamp_ms) const {
+    return origin_s_ + 1e-3 * static_cast<double>(stamp_ms - origin_ms_);
+  }
 
   PeerClockOptions options_;
   bool started_ = false;

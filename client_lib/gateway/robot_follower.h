@@ -27,8 +27,8 @@ inline std::string local_address_for(const std::string& peer) {
 
 /// Compares the cell with the protocol's limits each second. When the cell has another scenario, it stops the loop with a
 /// report and sets `failed`.
-inline void supervise_each_second(EventLoop& loop, const Client& client, CellLink& link, const std::string& gateway,
-                                  bool& failed) {
+inline void supervise_each_second(EventLoop& loop, const Client& client, CellLink& link,
+                                  const std::string& gateway, bool& failed) {
   loop.every(std::chrono::seconds(1), [&loop, &client, &link, gateway, &failed] {
     link.supervise();
     if (client.cell() == link.cell()) return;
@@ -41,7 +41,8 @@ inline void supervise_each_second(EventLoop& loop, const Client& client, CellLin
 /// Outputs of a mapping; each value is sent when it differs from the one before.
 class ChangedOutputs {
  public:
-  explicit ChangedOutputs(const std::vector<OutputMapping>& outputs) : outputs_(outputs), sent_(outputs.size()) {}
+  explicit ChangedOutputs(const std::vector<OutputMapping>& outputs)
+      : outputs_(outputs), sent_(outputs.size()) {}
   /// The next values are sent in any case.
   void forget() { sent_.assign(outputs_.size(), std::nullopt); }
   /// `value_of` gives the value of an element, or nothing while the controller has not sent it.
@@ -77,7 +78,8 @@ class RobotFollower {
   bool accepts(const Endpoint& from) {
     if (!peer_ || from == *peer_ || silent_) return true;
     report_("foreign", "A datagram from " + from.address + " port " + std::to_string(from.port) +
-                           " is ignored; this robot follows " + peer_->address + " port " + std::to_string(peer_->port) + ".");
+                           " is ignored; this robot follows " + peer_->address + " port " +
+                           std::to_string(peer_->port) + ".");
     return false;
   }
   /// A controller begins, or begins again.
@@ -98,7 +100,8 @@ class RobotFollower {
     const bool was_engaged = resynchronisation_.engaged();
     auto next = resynchronisation_.next(axes_.joints_of(axes), state.robot(axes_.robot()).position, passed_s);
     if (!next) {
-      report_("refused", "The controller's positions are far from the robot's; they are refused (first_command).");
+      report_("refused",
+              "The controller's positions are far from the robot's; they are refused (first_command).");
       return;
     }
     if (!was_engaged && resynchronisation_.engaged()) report(gateway_, "The robot follows its controller.");
@@ -117,7 +120,8 @@ class RobotFollower {
     if (silent_) return;
     silent_ = true;
     const bool stops = on_silence_ == SafeAction::stop;
-    report(gateway_, std::string("The robot controller is silent; the robot ") + (stops ? "brakes." : "holds."));
+    report(gateway_,
+           std::string("The robot controller is silent; the robot ") + (stops ? "brakes." : "holds."));
     if (stops)
       sender.stop(axes_.robot());
     else

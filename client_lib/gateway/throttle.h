@@ -19,7 +19,8 @@ class ThrottledReport {
     const auto now = std::chrono::steady_clock::now();
     if (k.count > 1 && now - k.reported < std::chrono::seconds(1)) return;
     k.reported = now;
-    report(gateway_, k.count == 1 ? sentence : sentence + " (" + std::to_string(k.count) + " of this kind so far)");
+    report(gateway_,
+           k.count == 1 ? sentence : sentence + " (" + std::to_string(k.count) + " of this kind so far)");
   }
 
  private:

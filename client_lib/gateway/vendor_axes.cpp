@@ -4,7 +4,8 @@
 
 namespace takt::gateway {
 
-VendorAxes::VendorAxes(const CellInfo& cell, RobotMapping robot, const std::string& tool) : robot_(std::move(robot)) {
+VendorAxes::VendorAxes(const CellInfo& cell, RobotMapping robot, const std::string& tool)
+    : robot_(std::move(robot)) {
   const auto& description = cell.robots.at(static_cast<std::size_t>(cell.find_robot(robot_.robot)));
   std::vector<double> lower, upper;
   for (const auto& joint : description.joints) {

@@ -21,7 +21,8 @@ inline double radians_of(double degrees) {
 
 /// R = Rz(angles[0]) Ry(angles[1]) Rx(angles[2]); degrees.
 inline Mat3 rotation_of_zyx(double z_deg, double y_deg, double x_deg) {
-  return (Eigen::AngleAxisd(radians_of(z_deg), Vec3::UnitZ()) * Eigen::AngleAxisd(radians_of(y_deg), Vec3::UnitY()) *
+  return (Eigen::AngleAxisd(radians_of(z_deg), Vec3::UnitZ()) *
+          Eigen::AngleAxisd(radians_of(y_deg), Vec3::UnitY()) *
           Eigen::AngleAxisd(radians_of(x_deg), Vec3::UnitX()))
       .toRotationMatrix();
 }

@@ -58,7 +58,8 @@ TEST(EgmController, TheLagBehindARampIsItsSpeedOverTheGainAndTheSpeedReferenceRe
     double at = 0.0;
     for (std::uint32_t i = 1; i <= 500; ++i) {
       at = speed * kDt * i;
-      cell.controller.receive(feed_forward ? reference(i, home_and(at), {speed, 0, 0, 0, 0, 0}) : reference(i, home_and(at)));
+      cell.controller.receive(feed_forward ? reference(i, home_and(at), {speed, 0, 0, 0, 0, 0})
+                                           : reference(i, home_and(at)));
       cell.steps(1);
     }
     // The reference is sampled: within one cycle's way.
@@ -142,8 +143,11 @@ TEST(EgmController, ConvergenceIsReportedAfterTheConditionTime) {
 
 TEST(EgmController, DoubledAndOvertakenMessagesAreNotAppliedAndARestartedSensorIs) {
   Cell cell;
-  const auto take = [&](std::uint32_t seqno) { return cell.controller.receive(reference(seqno, home_and(seqno))); };
-  for (const std::uint32_t seqno : {1U, 3U, 5U, 40U}) EXPECT_EQ(take(seqno), Taken::applied);  // gaps are usual
+  const auto take = [&](std::uint32_t seqno) {
+    return cell.controller.receive(reference(seqno, home_and(seqno)));
+  };
+  for (const std::uint32_t seqno : {1U, 3U, 5U, 40U})
+    EXPECT_EQ(take(seqno), Taken::applied);  // gaps are usual
   EXPECT_EQ(take(40), Taken::old);
   EXPECT_EQ(take(39), Taken::old);
   EXPECT_EQ(take(41), Taken::applied);
@@ -205,7 +209,9 @@ TEST(EgmController, ASeventhAxisIsAnExternalJoint) {
 
 /// A robot whose joints are the pose: X Y Z in mm, A B C in degrees.
 PoseKinematics gantry() {
-  return {[](const std::vector<double>& q) { return gateway::pose_of_xyzabc({q[0], q[1], q[2], q[3], q[4], q[5]}); },
+  return {[](const std::vector<double>& q) {
+            return gateway::pose_of_xyzabc({q[0], q[1], q[2], q[3], q[4], q[5]});
+          },
           [](const Pose& X, const std::vector<double>&) -> std::optional<std::vector<double>> {
             const auto six = gateway::xyzabc_of(X);
             return std::vector<double>(six.begin(), six.end());

@@ -70,15 +70,35 @@ TEST(EgmMessages, AHeaderWithoutTimeIsRead) {
   EXPECT_EQ(sensor.message->planned->joints.size(), 6U);
 }
 
+TEST(EgmMessages, PackedNumbersAreReadAndNeverWritten) {
+  // Joints 1 and 2 as proto3 writes them. A reader of protocol buffers takes both forms; those of EGM are not packed.
+  const auto packed =
+      decode_sensor(bytes_of_hex("0a0408011803"
+                                 "1214"
+                                 "0a12"
+                                 "0a10"
+                                 "000000000000f03f0000000000000040"));
+  ASSERT_TRUE(packed.message) << packed.fault;
+  EXPECT_THAT(packed.message->planned->joints, ElementsAre(1, 2));
+  Sensor sensor;
+  sensor.planned = Motion{{1, 2}, {}, {}, {}};
+  EXPECT_THAT(encode(sensor), HasSubstr(bytes_of_hex("0a1209000000000000f03f090000000000000040")));
+}
+
 TEST(EgmMessages, UnknownFieldsAreSkipped) {
   // Fields 14 (message), 90 (varint), 91 (eight bytes), 92 (four bytes), in front and behind.
-  const std::string unknown =
-      bytes_of_hex("720b0a090900000000000000f0" "d00505" "d9050102030405060708" "e50501020304");
+  const std::string unknown = bytes_of_hex(
+      "720b0a090900000000000000f0"
+      "d00505"
+      "d9050102030405060708"
+      "e50501020304");
   const auto robot = decode_robot(unknown + kGoldenEgmRobot + unknown);
   ASSERT_TRUE(robot.message) << robot.fault;
   EXPECT_EQ(encode(*robot.message), kGoldenEgmRobot);
   // Force control of RobotWare 7: measuredForce has a flag in field 1 and forces in field 2.
-  const auto force = decode_robot(kGoldenEgmRobot + bytes_of_hex("4a0b" "0801" "11000000000000f03f"));
+  const auto force = decode_robot(kGoldenEgmRobot + bytes_of_hex("4a0b"
+                                                                 "0801"
+                                                                 "11000000000000f03f"));
   EXPECT_TRUE(force.message) << force.fault;
 }
 
@@ -98,7 +118,8 @@ TEST(EgmMessages, AMessageCutAtAnyByteIsNoneOrHasNothingThatIsNotInIt) {
   for (std::size_t length = 0; length < kGoldenEgmRobot.size(); ++length) {
     const auto robot = decode_robot(std::string_view(kGoldenEgmRobot).substr(0, length));
     if (!robot.message) continue;
-    EXPECT_TRUE(robot.message->feed_back.joints.empty() || robot.message->feed_back.joints.size() == 6U) << length;
+    EXPECT_TRUE(robot.message->feed_back.joints.empty() || robot.message->feed_back.joints.size() == 6U)
+        << length;
   }
 }
 

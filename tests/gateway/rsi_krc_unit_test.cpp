@@ -16,12 +16,13 @@ using testing::HasSubstr;
 constexpr Six kHome{0, -90, 90, 0, 90, 0};
 
 std::string sen(std::uint64_t ipoc, double a1, int stop = 0) {
-  return "<Sen Type=\"x\"><Stop>" + std::to_string(stop) + "</Stop><AK A1=\"" + std::to_string(a1) + "\"/><IPOC>" +
-         std::to_string(ipoc) + "</IPOC></Sen>";
+  return "<Sen Type=\"x\"><Stop>" + std::to_string(stop) + "</Stop><AK A1=\"" + std::to_string(a1) +
+         "\"/><IPOC>" + std::to_string(ipoc) + "</IPOC></Sen>";
 }
 
 struct Cell {
-  explicit Cell(const KrcOptions& options = {}, const std::string& xml = kRsiXml) : krc(rsi_configuration(xml), options) {
+  explicit Cell(const KrcOptions& options = {}, const std::string& xml = kRsiXml)
+      : krc(rsi_configuration(xml), options) {
     krc.start(kHome);
   }
   std::string begin() {
@@ -99,7 +100,8 @@ TEST(Krc, LatePacketsCountFromTheFirstAnswerOnIfTheControllerWaits) {
 TEST(Krc, AnAnswerWithAnotherIpocIsNotAppliedAndCountsAsLate) {
   Cell cell;
   cell.begin();
-  for (const std::uint64_t wrong : {cell.krc.ipoc() + 1, cell.krc.ipoc() - 4, cell.krc.ipoc() + 4, std::uint64_t{0}})
+  for (const std::uint64_t wrong :
+       {cell.krc.ipoc() + 1, cell.krc.ipoc() - 4, cell.krc.ipoc() + 4, std::uint64_t{0}})
     EXPECT_EQ(cell.krc.answer(sen(wrong, 5.0)), Taken::other_ipoc);
   EXPECT_EQ(cell.krc.target(), kHome);
   EXPECT_EQ(cell.krc.answer(sen(cell.krc.ipoc(), 3.0)), Taken::applied);  // the right one is still in time
@@ -139,7 +141,8 @@ TEST(Krc, AxiscorrCutsAndItsMonitorStops) {
   EXPECT_TRUE(monitored.krc.running());
   monitored.cycle(6.001);
   EXPECT_EQ(monitored.krc.state(), KrcState::limit_exceeded);
-  EXPECT_THAT(monitored.krc.reason(), HasSubstr("KSS29000: the correction of axis A1 is 6.001 degrees; allowed: 6"));
+  EXPECT_THAT(monitored.krc.reason(),
+              HasSubstr("KSS29000: the correction of axis A1 is 6.001 degrees; allowed: 6"));
   EXPECT_EQ(monitored.krc.target()[0], 6.0);
   Cell relative({.relative = true, .axis_monitor = all_axes(6.0)});
   for (int i = 0; i < 3; ++i) relative.cycle(2.0);
@@ -208,7 +211,8 @@ TEST(Krc, WithOnlysendNoAnswerIsExpected) {
 
 TEST(Krc, AConfigurationWithoutUsableCorrectionIsRefused) {
   EXPECT_THROW(Krc(rsi_configuration(with(kRsiXml, "AK.", "VK.")), {}), ConfigurationError);
-  const std::string pose = with(with(with(kRsiXml, "AK.A1", "RKorr.X"), "AK.A2", "RKorr.Y"), "AK.A3", "RKorr.Z");
+  const std::string pose =
+      with(with(with(kRsiXml, "AK.A1", "RKorr.X"), "AK.A2", "RKorr.Y"), "AK.A3", "RKorr.Z");
   EXPECT_THROW(Krc(rsi_configuration(pose), {}), ConfigurationError);  // AK.A4 beside RKorr.X
 }
 
@@ -236,7 +240,8 @@ TEST(Krc, APoseCorrectionMovesAndTurnsTheToolInTheBaseFrame) {
   krc.start(start);
   for (int i = 0; i < 3; ++i) {
     krc.begin_cycle({});
-    ASSERT_EQ(krc.answer("<Sen><RKorr X=\"1\" Z=\"-2\" A=\"10\"/><IPOC>" + std::to_string(krc.ipoc()) + "</IPOC></Sen>"),
+    ASSERT_EQ(krc.answer("<Sen><RKorr X=\"1\" Z=\"-2\" A=\"10\"/><IPOC>" + std::to_string(krc.ipoc()) +
+                         "</IPOC></Sen>"),
               Taken::applied);
   }
   const Six expected{503, 0, 294, 30, 0, 0};
@@ -258,7 +263,8 @@ TEST(Krc, PoseCorrectionsHaveLimitsAndMonitors) {
   Krc monitored(rsi_configuration(pose_xml()), {.translation_monitor_mm = 5.0}, gantry());
   monitored.start({});
   monitored.begin_cycle({});
-  monitored.answer("<Sen><RKorr X=\"4\" Y=\"4\"/><IPOC>" + std::to_string(monitored.ipoc()) + "</IPOC></Sen>");
+  monitored.answer("<Sen><RKorr X=\"4\" Y=\"4\"/><IPOC>" + std::to_string(monitored.ipoc()) +
+                   "</IPOC></Sen>");
   EXPECT_THAT(monitored.reason(), HasSubstr("KSS29000: the correction of the pose"));
 }
 

@@ -49,7 +49,8 @@ std::string read_by_position(const std::string& text) {
   };
   if (!expect("<Rob Type=\"KUKA\">") || !element("RIst", {"X", "Y", "Z", "A", "B", "C"}) ||
       !element("AIPos", {"A1", "A2", "A3", "A4", "A5", "A6"}) ||
-      !element("EIPos", {"E1", "E2", "E3", "E4", "E5", "E6"}) || !element("Delay", {"D"}) || !expect("<IPOC>"))
+      !element("EIPos", {"E1", "E2", "E3", "E4", "E5", "E6"}) || !element("Delay", {"D"}) ||
+      !expect("<IPOC>"))
     return {};
   number();
   return expect("</IPOC></Rob>") && at == text.size() ? numbers : std::string();
@@ -81,21 +82,23 @@ TEST(RsiMessages, ThePositionalReaderOfTheVendorsClientGetsEveryNumber) {
   EXPECT_EQ(read_by_position(kGoldenRob), read_by_position(write_rob(rsi_configuration(), golden_rob())));
   EXPECT_FALSE(read_by_position(kGoldenRob).empty());
   // Mutation of the sheet: without EIPos the client fails.
-  const auto without = rsi_configuration(
-      with(kRsiXml, R"(<ELEMENT TAG="DEF_EIPos" TYPE="DOUBLE" INDX="INTERNAL" />)", ""));
+  const auto without =
+      rsi_configuration(with(kRsiXml, R"(<ELEMENT TAG="DEF_EIPos" TYPE="DOUBLE" INDX="INTERNAL" />)", ""));
   EXPECT_TRUE(read_by_position(write_rob(without, golden_rob())).empty());
 }
 
 TEST(RsiMessages, TheDefaultMessageFitsIntoTheClientsBufferAtTheLargestNumbers) {
   Rob rob = golden_rob();
   rob.actual_pose = {-12345.678901, -12345.678901, -12345.678901, -179.999999, -179.999999, -179.999999};
-  rob.actual_axes = rob.actual_external_axes = {-359.999999, -359.999999, -359.999999, -359.999999, -359.999999, -359.999999};
+  rob.actual_axes = rob.actual_external_axes = {-359.999999, -359.999999, -359.999999,
+                                                -359.999999, -359.999999, -359.999999};
   EXPECT_LT(write_rob(rsi_configuration(), rob).size(), 1024U);
 }
 
 TEST(RsiMessages, OrderBlanksAndUnknownElementsDoNotMatter) {
   const std::string text =
-      " <?xml version=\"1.0\"?>\n<Sen  Type='ImFree' >\n <IPOC> 4208163634 </IPOC><New x=\"1\"><deep/></New>\r\n"
+      " <?xml version=\"1.0\"?>\n<Sen  Type='ImFree' >\n <IPOC> 4208163634 </IPOC><New "
+      "x=\"1\"><deep/></New>\r\n"
       "<AK A6=\"6\"  A1 = '1.5' A9=\"0\" /><Stop>\n1 </Stop></Sen>\n";
   const auto sen = parse_sen(rsi_configuration(), text);
   ASSERT_TRUE(sen.message) << sen.fault;
@@ -110,11 +113,13 @@ TEST(RsiMessages, OrderBlanksAndUnknownElementsDoNotMatter) {
 }
 
 TEST(RsiMessages, ChannelsWhoseNameIsANumberAreReadAndWritten) {
-  const auto configuration = rsi_configuration(
-      with(with(kRsiXml, R"(<ELEMENT TAG="DEF_Delay" TYPE="LONG"   INDX="INTERNAL" />)",
-                R"(<ELEMENT TAG="DEF_Delay" TYPE="LONG" INDX="INTERNAL" /><ELEMENT TAG="GPIO.01" TYPE="BOOL" INDX="1"/>
+  const auto configuration = rsi_configuration(with(
+      with(
+          kRsiXml, R"(<ELEMENT TAG="DEF_Delay" TYPE="LONG"   INDX="INTERNAL" />)",
+          R"(<ELEMENT TAG="DEF_Delay" TYPE="LONG" INDX="INTERNAL" /><ELEMENT TAG="GPIO.01" TYPE="BOOL" INDX="1"/>
                    <ELEMENT TAG="GPIO.02" TYPE="LONG" INDX="2"/><ELEMENT TAG="Force" TYPE="DOUBLE" INDX="3"/>)"),
-           R"(<ELEMENT TAG="Stop")", R"(<ELEMENT TAG="GPIO.01" TYPE="BOOL" INDX="8" HOLDON="1"/><ELEMENT TAG="Stop")"));
+      R"(<ELEMENT TAG="Stop")",
+      R"(<ELEMENT TAG="GPIO.01" TYPE="BOOL" INDX="8" HOLDON="1"/><ELEMENT TAG="Stop")"));
   Rob rob = golden_rob();
   rob.values = {0, 0, 0, 0, 1.0, 2.4, -0.5};
   EXPECT_THAT(write_rob(configuration, rob),
@@ -149,7 +154,8 @@ TEST(RsiMessages, InvalidMessagesAreRefusedWithTheReason) {
   std::string deep;
   for (int i = 0; i < 1000; ++i) deep += "<a>";
   EXPECT_FALSE(fault("<Sen>" + deep).empty());
-  EXPECT_THAT(parse_rob(rsi_configuration(), with(kGoldenRob, "A6=", "A7=")).fault, HasSubstr("AIPos.A6 is missing"));
+  EXPECT_THAT(parse_rob(rsi_configuration(), with(kGoldenRob, "A6=", "A7=")).fault,
+              HasSubstr("AIPos.A6 is missing"));
 }
 
 TEST(RsiMessages, RandomChangesOfBytesNeverGiveANumberThatIsNotFinite) {
@@ -199,9 +205,11 @@ TEST(RsiConfiguration, EveryMistakeIsReportedWithFileAndLine) {
     }
     return "no error";
   };
-  EXPECT_THAT(error("59152", "70000"), HasSubstr("rsi.xml:4: PORT: found '70000'; allowed: a whole number from 1 to 65535"));
+  EXPECT_THAT(error("59152", "70000"),
+              HasSubstr("rsi.xml:4: PORT: found '70000'; allowed: a whole number from 1 to 65535"));
   EXPECT_THAT(error("FALSE", "maybe"), HasSubstr("rsi.xml:6: ONLYSEND"));
-  EXPECT_THAT(error("DEF_RIst", "DEF_Rist"), HasSubstr("rsi.xml:10: TAG: found 'DEF_Rist'; allowed: DEF_RIst"));
+  EXPECT_THAT(error("DEF_RIst", "DEF_Rist"),
+              HasSubstr("rsi.xml:10: TAG: found 'DEF_Rist'; allowed: DEF_RIst"));
   EXPECT_THAT(error("INDX=\"7\"", "INDX=\"65\""), HasSubstr("rsi.xml:24: INDX"));
   EXPECT_THAT(error("AK.A2", "AK.A1"), HasSubstr("rsi.xml:20: TAG: 'AK.A1' is there twice"));
   EXPECT_THAT(error("TYPE=\"BOOL\"", "TYPE=\"BIT\""), HasSubstr("TYPE: found 'BIT'"));

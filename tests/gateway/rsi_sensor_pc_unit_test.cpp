@@ -12,7 +12,8 @@ using namespace gateway::rsi;
 using testing::HasSubstr;
 
 std::string rob(std::uint64_t ipoc, double a1 = 0.0) {
-  return with(with(kGoldenRob, "4208163634", std::to_string(ipoc)), "A1=\"0.0000\"", "A1=\"" + std::to_string(a1) + "\"");
+  return with(with(kGoldenRob, "4208163634", std::to_string(ipoc)), "A1=\"0.0000\"",
+              "A1=\"" + std::to_string(a1) + "\"");
 }
 
 TEST(SensorPc, EachPacketIsAnsweredWithItsOwnIpocAndTheNewestValues) {

@@ -26,7 +26,8 @@ double share_of(double rate_per_s, double dt_s) {
 
 Pose pose_of(const EgmPose& pose) {
   const Vec3 p = Vec3(pose.position_mm[0], pose.position_mm[1], pose.position_mm[2]) * 1e-3;
-  if (pose.euler_deg) return {rotation_of_zyx((*pose.euler_deg)[2], (*pose.euler_deg)[1], (*pose.euler_deg)[0]), p};
+  if (pose.euler_deg)
+    return {rotation_of_zyx((*pose.euler_deg)[2], (*pose.euler_deg)[1], (*pose.euler_deg)[0]), p};
   const Quat q(pose.quaternion[0], pose.quaternion[1], pose.quaternion[2], pose.quaternion[3]);
   return {q.normalized().toRotationMatrix(), p};
 }
@@ -67,7 +68,8 @@ Taken Controller::receive(std::string_view bytes) {
   }
   const Sensor& sensor = *parsed.message;
   const std::uint32_t seqno = sensor.header.seqno;
-  if (session_ != Session::lost && last_seqno_ && seqno != 0 && seqno <= *last_seqno_ && *last_seqno_ - seqno < kFarBack) {
+  if (session_ != Session::lost && last_seqno_ && seqno != 0 && seqno <= *last_seqno_ &&
+      *last_seqno_ - seqno < kFarBack) {
     rising_old_ = rising_old_ > 0 && seqno > last_old_ ? rising_old_ + 1 : 1;
     last_old_ = seqno;
     if (rising_old_ < kRising) {
@@ -91,7 +93,8 @@ Taken Controller::receive(std::string_view bytes) {
 bool Controller::take(const Sensor& sensor) {
   const auto count_is = [&](const std::vector<double>& values, std::size_t wanted, const char* name) {
     if (values.empty() || values.size() == wanted) return true;
-    fault_ = std::string(name) + ": found " + std::to_string(values.size()) + " numbers; allowed: " + std::to_string(wanted);
+    fault_ = std::string(name) + ": found " + std::to_string(values.size()) +
+             " numbers; allowed: " + std::to_string(wanted);
     return false;
   };
   const std::size_t robot = std::min(count_, kRobotJoints), external = count_ - robot;
@@ -101,8 +104,9 @@ bool Controller::take(const Sensor& sensor) {
     return false;
   const bool poses = options_.guidance == Guidance::pose;
   if (poses ? !sensor.joint_speeds.empty() : !sensor.cartesian_speeds.empty()) {
-    fault_ = std::string("41826: the mode of the message is another one: speedRef has ") + (poses ? "joints" : "cartesians") +
-             "; this controller runs " + (poses ? "EGMActPose" : "EGMActJoint");
+    fault_ = std::string("41826: the mode of the message is another one: speedRef has ") +
+             (poses ? "joints" : "cartesians") + "; this controller runs " +
+             (poses ? "EGMActPose" : "EGMActJoint");
     return false;
   }
   if (sensor.planned) {
@@ -112,7 +116,8 @@ bool Controller::take(const Sensor& sensor) {
       return false;
     if (poses ? !planned.joints.empty() && !planned.pose : planned.pose && planned.joints.empty()) {
       fault_ = std::string("41826: the mode of the message is another one: planned has ") +
-               (poses ? "joints" : "a pose") + "; this controller runs " + (poses ? "EGMActPose" : "EGMActJoint");
+               (poses ? "joints" : "a pose") + "; this controller runs " +
+               (poses ? "EGMActPose" : "EGMActJoint");
       return false;
     }
     if (poses && planned.pose) {
@@ -194,7 +199,8 @@ void Controller::step(double dt_s, const std::vector<double>& measured) {
   const std::vector<double> before = planned_;
   for (std::size_t i = 0; i < count_; ++i) {
     double next = planned_[i] + factor * filtered_[i] * dt_s;
-    next = std::clamp(next, start_[i] - options_.max_position_deviation_deg, start_[i] + options_.max_position_deviation_deg);
+    next = std::clamp(next, start_[i] - options_.max_position_deviation_deg,
+                      start_[i] + options_.max_position_deviation_deg);
     if (i < options_.lower.size()) next = std::clamp(next, options_.lower[i], options_.upper[i]);
     planned_[i] = next;
     speed_[i] = (next - before[i]) / dt_s;
@@ -206,8 +212,9 @@ void Controller::step(double dt_s, const std::vector<double>& measured) {
       within = within && std::abs(reference_[i] - measured[i]) <= options_.convergence_deg;
   } else {
     const Pose at = kinematics_.forward(measured);
-    within = within && (reference_pose_.p - at.p).norm() * 1e3 <= options_.convergence_mm &&
-             degrees_of(rotation_vector(reference_pose_.R * at.R.transpose()).norm()) <= options_.convergence_deg;
+    within =
+        within && (reference_pose_.p - at.p).norm() * 1e3 <= options_.convergence_mm &&
+        degrees_of(rotation_vector(reference_pose_.R * at.R.transpose()).norm()) <= options_.convergence_deg;
   }
   within_s_ = within ? within_s_ + dt_s : 0.0;
   converged_ = within && within_s_ >= options_.condition_time_s;

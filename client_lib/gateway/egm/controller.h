@@ -25,14 +25,15 @@ enum class Guidance { joint, pose };
 
 struct ControllerOptions {
   Guidance guidance = Guidance::joint;
-  double position_gain_per_s = 20.0;  ///< PosCorrGain 1; ASSUMED. 0: speed references alone
+  double position_gain_per_s = 20.0;              ///< PosCorrGain 1; ASSUMED. 0: speed references alone
   double max_speed_deviation_deg_per_s = 1000.0;  ///< MaxSpeedDeviation; of the fastest joint
   double max_position_deviation_deg = 1000.0;     ///< MaxPosDeviation, from the positions at the start
   double low_pass_Hz = 0.0;                       ///< LpFilter; 0: none
   double ramp_in_s = 0.0;                         ///< RampInTime: the speed grows to its full value
   double comm_timeout_s = 1.0;                    ///< CommTimeout: silence until RAPID stops
-  double convergence_deg = 0.5, convergence_mm = 1.0;  ///< tolerance of each joint, or of rotation and position
-  double condition_time_s = 1.0;                       ///< CondTime: so long within it
+  double convergence_deg = 0.5,
+         convergence_mm = 1.0;           ///< tolerance of each joint, or of rotation and position
+  double condition_time_s = 1.0;         ///< CondTime: so long within it
   std::vector<double> lower{}, upper{};  ///< limits of joints, degrees or mm; empty: none
 };
 
@@ -52,7 +53,8 @@ enum class Taken {
 /// Kinematics of the robot for pose guidance, in its base frame; joints in degrees.
 struct PoseKinematics {
   std::function<Pose(const std::vector<double>& joints)> forward;
-  std::function<std::optional<std::vector<double>>(const Pose& pose, const std::vector<double>& near)> inverse;
+  std::function<std::optional<std::vector<double>>(const Pose& pose, const std::vector<double>& near)>
+      inverse;
 };
 
 class Controller {
@@ -78,7 +80,9 @@ class Controller {
   const std::vector<double>& planned() const { return planned_; }
   const std::vector<double>& speed() const { return speed_; }  ///< of `planned`, degrees/s or mm/s
   bool converged() const { return converged_; }
-  const std::string& fault() const { return fault_; }  ///< of the newest invalid message, or why the session was lost
+  const std::string& fault() const {
+    return fault_;
+  }  ///< of the newest invalid message, or why the session was lost
   const std::optional<RapidData>& rapid_data() const { return rapid_data_; }  ///< the newest
   std::uint64_t applied() const { return applied_; }
   std::uint64_t old() const { return old_; }

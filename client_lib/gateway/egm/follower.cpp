@@ -7,7 +7,8 @@ namespace takt::gateway::egm {
 std::vector<double> Follower::joints_of(const Robot& robot, bool planned) {
   const Motion& motion = planned ? robot.planned : robot.feed_back;
   std::vector<double> joints = motion.joints;
-  if (!joints.empty()) joints.insert(joints.end(), motion.external_joints.begin(), motion.external_joints.end());
+  if (!joints.empty())
+    joints.insert(joints.end(), motion.external_joints.begin(), motion.external_joints.end());
   return joints;
 }
 

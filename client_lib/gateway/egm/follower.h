@@ -12,8 +12,8 @@
 namespace takt::gateway::egm {
 
 struct FollowerOptions {
-  double silent_s = 0.2;    ///< so long without a message: the controller is silent
-  bool planned = false;     ///< follow `planned` in place of `feedBack`
+  double silent_s = 0.2;     ///< so long without a message: the controller is silent
+  bool planned = false;      ///< follow `planned` in place of `feedBack`
   PeerClockOptions clock{};  ///< of header.tm
 };
 

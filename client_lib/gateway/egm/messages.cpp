@@ -46,7 +46,8 @@ void fill(wire::Pose& to, const EgmPose& from) {
 void fill(wire::Motion& to, const Motion& from) {
   if (!from.joints.empty()) fill(*to.mutable_joints()->mutable_value(), from.joints);
   if (from.pose) fill(*to.mutable_cartesian(), *from.pose);
-  if (!from.external_joints.empty()) fill(*to.mutable_external_joints()->mutable_value(), from.external_joints);
+  if (!from.external_joints.empty())
+    fill(*to.mutable_external_joints()->mutable_value(), from.external_joints);
   if (!from.time_us) return;
   to.mutable_time()->set_sec(*from.time_us / 1000000U);
   to.mutable_time()->set_usec(*from.time_us % 1000000U);
@@ -64,13 +65,15 @@ class Checked {
 
   double number(double value, const char* field) {
     if (std::abs(value) <= kMostValue) return value;
-    complain(std::string(field) + ": found " + number_text(value) + "; allowed: a number of at most " + number_text(kMostValue));
+    complain(std::string(field) + ": found " + number_text(value) + "; allowed: a number of at most " +
+             number_text(kMostValue));
     return 0.0;
   }
   template <class Field>
   std::vector<double> numbers(const Field& values, const char* field, int most = kMostNumbers) {
     if (values.size() > most) {
-      complain(std::string(field) + ": found " + std::to_string(values.size()) + " numbers; allowed: " + std::to_string(most));
+      complain(std::string(field) + ": found " + std::to_string(values.size()) +
+               " numbers; allowed: " + std::to_string(most));
       return {};
     }
     std::vector<double> read;
@@ -78,7 +81,8 @@ class Checked {
     return read;
   }
   Header header(bool there, const wire::Header& from) {
-    if (!there || !from.has_seqno() || !from.has_mtype()) complain("the header with seqno and mtype is missing");
+    if (!there || !from.has_seqno() || !from.has_mtype())
+      complain("the header with seqno and mtype is missing");
     Header read;
     read.seqno = from.seqno();
     if (from.has_tm()) read.tm_ms = from.tm();
@@ -97,17 +101,20 @@ class Checked {
     EgmPose read;
     if (!from.has_pos() || (!from.has_orient() && !from.has_euler()))
       complain(std::string(field) + ": a pose needs pos, and orient or euler");
-    read.position_mm = {number(from.pos().x(), field), number(from.pos().y(), field), number(from.pos().z(), field)};
+    read.position_mm = {number(from.pos().x(), field), number(from.pos().y(), field),
+                        number(from.pos().z(), field)};
     if (from.has_orient()) {
       read.quaternion = {number(from.orient().u0(), field), number(from.orient().u1(), field),
                          number(from.orient().u2(), field), number(from.orient().u3(), field)};
       double square = 0.0;
       for (const double u : read.quaternion) square += u * u;
       if (!from.has_euler() && !(square > 1e-6 && square < 1e6))
-        complain(std::string(field) + ": the quaternion has the length " + number_text(std::sqrt(square)) + "; allowed: 1");
+        complain(std::string(field) + ": the quaternion has the length " + number_text(std::sqrt(square)) +
+                 "; allowed: 1");
     }
     if (from.has_euler())
-      read.euler_deg = {number(from.euler().x(), field), number(from.euler().y(), field), number(from.euler().z(), field)};
+      read.euler_deg = {number(from.euler().x(), field), number(from.euler().y(), field),
+                        number(from.euler().z(), field)};
     return read;
   }
   RapidData rapid(const wire::RapidData& from, const char* field) {
@@ -126,7 +133,8 @@ bool parse(Wire& wire, std::string_view bytes, std::string& fault) {
   if (bytes.empty())
     fault = "the message is empty";
   else if (bytes.size() > kMaxMessage)
-    fault = "the message has " + std::to_string(bytes.size()) + " bytes; allowed: " + std::to_string(kMaxMessage);
+    fault =
+        "the message has " + std::to_string(bytes.size()) + " bytes; allowed: " + std::to_string(kMaxMessage);
   else if (!wire.ParsePartialFromArray(bytes.data(), static_cast<int>(bytes.size())))
     fault = "no valid protocol buffer (cut off, or another message)";
   return fault.empty();
@@ -161,7 +169,8 @@ std::string encode(const Sensor& sensor) {
   if (sensor.has_speeds) {
     wire::SpeedReference& speeds = *wire.mutable_speed_reference();
     if (!sensor.joint_speeds.empty()) fill(*speeds.mutable_joints()->mutable_value(), sensor.joint_speeds);
-    if (!sensor.cartesian_speeds.empty()) fill(*speeds.mutable_cartesians()->mutable_value(), sensor.cartesian_speeds);
+    if (!sensor.cartesian_speeds.empty())
+      fill(*speeds.mutable_cartesians()->mutable_value(), sensor.cartesian_speeds);
     if (!sensor.external_speeds.empty())
       fill(*speeds.mutable_external_joints()->mutable_value(), sensor.external_speeds);
   }
@@ -176,7 +185,8 @@ Parsed<Robot> decode_robot(std::string_view bytes) {
   Checked checked;
   Robot robot;
   robot.header = checked.header(wire.has_header(), wire.header());
-  if (robot.header.type != MessageType::data) checked.complain("mtype: found " + std::to_string(wire.header().mtype()) + "; allowed: 2 (data)");
+  if (robot.header.type != MessageType::data)
+    checked.complain("mtype: found " + std::to_string(wire.header().mtype()) + "; allowed: 2 (data)");
   robot.feed_back = checked.motion(wire.feed_back(), "feedBack");
   robot.planned = checked.motion(wire.planned(), "planned");
   robot.motors = state_of<MotorState>(wire.motor_state(), 2);
@@ -184,7 +194,8 @@ Parsed<Robot> decode_robot(std::string_view bytes) {
   robot.converged = wire.convergence_met();
   robot.rapid = state_of<RapidState>(wire.rapid_state(), 2);
   robot.force = checked.numbers(wire.measured_force().force(), "measuredForce");
-  if (wire.has_utilization_rate()) robot.utilization = checked.number(wire.utilization_rate(), "utilizationRate");
+  if (wire.has_utilization_rate())
+    robot.utilization = checked.number(wire.utilization_rate(), "utilizationRate");
   if (wire.has_rapid_data()) robot.rapid_data = checked.rapid(wire.rapid_data(), "RAPIDfromRobot");
   parsed.fault = std::move(checked.fault);
   if (parsed.fault.empty()) parsed.message = std::move(robot);
@@ -199,7 +210,8 @@ Parsed<Sensor> decode_sensor(std::string_view bytes) {
   Sensor sensor;
   sensor.header = checked.header(wire.has_header(), wire.header());
   if (sensor.header.type == MessageType::path_correction) {
-    parsed.fault = "takt does not support path corrections (EGMActMove); allowed: EGMActJoint and EGMActPose, mtype 3";
+    parsed.fault =
+        "takt does not support path corrections (EGMActMove); allowed: EGMActJoint and EGMActPose, mtype 3";
     return parsed;
   }
   if (sensor.header.type != MessageType::correction)

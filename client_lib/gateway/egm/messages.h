@@ -10,7 +10,13 @@
 
 namespace takt::gateway::egm {
 
-enum class MessageType : std::uint32_t { undefined = 0, command = 1, data = 2, correction = 3, path_correction = 4 };
+enum class MessageType : std::uint32_t {
+  undefined = 0,
+  command = 1,
+  data = 2,
+  correction = 3,
+  path_correction = 4
+};
 
 struct Header {
   std::uint32_t seqno = 0;

@@ -48,7 +48,8 @@ class Reader {
     const XMLElement& port = child(config, "PORT");
     read.port = whole(port, "PORT", text_of(port), 1, 65535);
     read.sentype = text_of(child(config, "SENTYPE"));
-    if (read.sentype.empty() || read.sentype.size() > 64 || read.sentype.find_first_of("<>&\"'") != std::string::npos)
+    if (read.sentype.empty() || read.sentype.size() > 64 ||
+        read.sentype.find_first_of("<>&\"'") != std::string::npos)
       fail(&child(config, "SENTYPE"),
            "SENTYPE: found '" + read.sentype + "'; allowed: 1 to 64 characters without < > & \" '");
     if (const XMLElement* only = config.FirstChildElement("ONLYSEND"))
@@ -79,11 +80,12 @@ class Reader {
       trimmed.remove_suffix(1);
     return std::string(trimmed);
   }
-  int whole(const XMLElement& at, const std::string& key, const std::string& text, int least, int most) const {
+  int whole(const XMLElement& at, const std::string& key, const std::string& text, int least,
+            int most) const {
     const auto number = finite_number(text);
     if (!number || *number < least || *number > most || *number != std::floor(*number))
-      fail(&at, key + ": found '" + text + "'; allowed: a whole number from " + std::to_string(least) + " to " +
-                    std::to_string(most));
+      fail(&at, key + ": found '" + text + "'; allowed: a whole number from " + std::to_string(least) +
+                    " to " + std::to_string(most));
     return static_cast<int>(*number);
   }
   bool boolean(const XMLElement& at, const std::string& key, const std::string& text) const {
@@ -101,7 +103,8 @@ class Reader {
     std::vector<Channel> read;
     const XMLElement* list = root.FirstChildElement(direction);
     if (list == nullptr || (list = list->FirstChildElement("ELEMENTS")) == nullptr) return read;
-    for (const XMLElement* e = list->FirstChildElement("ELEMENT"); e != nullptr; e = e->NextSiblingElement("ELEMENT")) {
+    for (const XMLElement* e = list->FirstChildElement("ELEMENT"); e != nullptr;
+         e = e->NextSiblingElement("ELEMENT")) {
       if (read.size() == kMaxChannels)
         fail(e, std::string(direction) + " has more than " + std::to_string(kMaxChannels) + " elements");
       Channel made = channel(*e);
@@ -135,15 +138,17 @@ class Reader {
     }
     for (const auto& [name, internal] : kInternals)
       if (made.element == name) made.internal = internal;
-    if (made.element.size() == 7 && made.element.starts_with("Tech.") && (made.element[5] == 'C' || made.element[5] == 'T') &&
-        made.element[6] >= '1' && made.element[6] <= '6') {
+    if (made.element.size() == 7 && made.element.starts_with("Tech.") &&
+        (made.element[5] == 'C' || made.element[5] == 'T') && made.element[6] >= '1' &&
+        made.element[6] <= '6') {
       made.internal = Internal::technology;
       made.attribute = made.element.substr(5);
       made.element = "Tech";
     }
     if (made.internal == Internal::none)
       fail(&e, "TAG: found '" + made.tag +
-                   "'; allowed: DEF_RIst, DEF_RSol, DEF_AIPos, DEF_ASPos, DEF_EIPos, DEF_ESPos, DEF_MACur, DEF_MECur, "
+                   "'; allowed: DEF_RIst, DEF_RSol, DEF_AIPos, DEF_ASPos, DEF_EIPos, DEF_ESPos, DEF_MACur, "
+                   "DEF_MECur, "
                    "DEF_Delay, DEF_Tech.C1 to C6, DEF_Tech.T1 to T6, DEF_EStr");
   }
   void split(const XMLElement& e, Channel& made) const {
@@ -152,7 +157,8 @@ class Reader {
     if (point != std::string::npos) made.attribute = made.tag.substr(point + 1);
     const auto is_name = [](std::string_view name) {
       for (const char c : name)
-        if (!((c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_')) return false;
+        if (!((c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_'))
+          return false;
       return !name.empty() && name.size() <= 64;
     };
     if (!is_name(made.element) || (made.element[0] >= '0' && made.element[0] <= '9') ||

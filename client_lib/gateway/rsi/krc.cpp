@@ -14,11 +14,13 @@ constexpr std::size_t kMaxUnknown = 64;
 /// Beyond any axis, pose and signal; sums of relative corrections stay finite.
 constexpr double kMostValue = 1e9;
 
-std::array<int, 6> channels_of(const Configuration& configuration, const std::string& element, const char* letter) {
+std::array<int, 6> channels_of(const Configuration& configuration, const std::string& element,
+                               const char* letter) {
   std::array<int, 6> places{};
   for (std::size_t i = 0; i < 6; ++i)
-    places[i] = Configuration::find(configuration.receive,
-                                    element + "." + (letter == nullptr ? kPoseNames[i] : letter + std::to_string(i + 1)));
+    places[i] = Configuration::find(
+        configuration.receive,
+        element + "." + (letter == nullptr ? kPoseNames[i] : letter + std::to_string(i + 1)));
   return places;
 }
 
@@ -40,7 +42,8 @@ Krc::Krc(Configuration configuration, const KrcOptions& options, PoseKinematics 
       values_(configuration_.receive.size(), 0.0) {
   const bool axes = any(axis_channels_) || any(external_channels_);
   if (has_pose_ && axes)
-    throw ConfigurationError("The list RECEIVE has AK (or EK) and RKorr; takt applies one of the two. Remove one.");
+    throw ConfigurationError(
+        "The list RECEIVE has AK (or EK) and RKorr; takt applies one of the two. Remove one.");
   if (has_pose_ && (!kinematics_.forward || !kinematics_.inverse))
     throw ConfigurationError("The list RECEIVE has RKorr, which needs a robot of six joints. Use AK.");
   if (!configuration_.only_send && !has_pose_ && !axes)
@@ -79,7 +82,8 @@ Taken Krc::answer(std::string_view bytes) {
   if (!awaiting_) return Taken::not_awaited;
   auto parsed = parse_sen(configuration_, bytes);
   for (std::string& name : parsed.unknown)
-    if (unknown_.size() < kMaxUnknown && unknown_.insert(name).second) new_unknown_.push_back(std::move(name));
+    if (unknown_.size() < kMaxUnknown && unknown_.insert(name).second)
+      new_unknown_.push_back(std::move(name));
   if (!parsed.message) {
     fault_ = std::move(parsed.fault);
     return Taken::invalid;
@@ -87,8 +91,8 @@ Taken Krc::answer(std::string_view bytes) {
   if (parsed.message->ipoc != ipoc_) return Taken::other_ipoc;
   for (std::size_t i = 0; i < values_.size(); ++i) {
     if (std::abs(parsed.message->values[i].value_or(0.0)) <= kMostValue) continue;
-    fault_ = configuration_.receive[i].tag + ": found " + number_text(*parsed.message->values[i]) + "; allowed: at most " +
-             number_text(kMostValue);
+    fault_ = configuration_.receive[i].tag + ": found " + number_text(*parsed.message->values[i]) +
+             "; allowed: at most " + number_text(kMostValue);
     return Taken::invalid;
   }
   awaiting_ = false;
@@ -111,8 +115,9 @@ void Krc::end_cycle() {
   if (options_.waits_for_sensor && !heard_) return;
   ++late_;
   if (late_ >= static_cast<std::uint64_t>(options_.timeout)) {
-    end(KrcState::connection_lost, "KSS29002: " + std::to_string(late_) +
-                                       " packets had no answer in their cycle; RSI stops and the robot holds.");
+    end(KrcState::connection_lost,
+        "KSS29002: " + std::to_string(late_) +
+            " packets had no answer in their cycle; RSI stops and the robot holds.");
     return;
   }
   for (std::size_t i = 0; i < values_.size(); ++i)
@@ -141,15 +146,16 @@ bool Krc::apply_axes() {
     const auto value = [&](const std::array<int, 6>& places) {
       return places[i] < 0 ? 0.0 : values_[static_cast<std::size_t>(places[i])];
     };
-    axes[i] = std::clamp(value(axis_channels_) + (options_.relative ? axis_sum_[i] : 0.0), -options_.axis_limit[i],
-                         options_.axis_limit[i]);
+    axes[i] = std::clamp(value(axis_channels_) + (options_.relative ? axis_sum_[i] : 0.0),
+                         -options_.axis_limit[i], options_.axis_limit[i]);
     external[i] = value(external_channels_) + (options_.relative ? external_sum_[i] : 0.0);
   }
   for (std::size_t i = 0; i < 6; ++i) {
     if (!(std::abs(axes[i]) <= options_.axis_monitor[i])) {
       end(KrcState::limit_exceeded, "KSS29000: the correction of axis A" + std::to_string(i + 1) + " is " +
-                                        number_text(axes[i], 6) + " degrees; allowed: " +
-                                        number_text(options_.axis_monitor[i], 6) + ". RSI stops and the robot holds.");
+                                        number_text(axes[i], 6) +
+                                        " degrees; allowed: " + number_text(options_.axis_monitor[i], 6) +
+                                        ". RSI stops and the robot holds.");
       return false;
     }
   }
@@ -166,10 +172,10 @@ bool Krc::apply_axes() {
 bool Krc::within_switches(const Six& axes) {
   for (std::size_t i = 0; i < 6; ++i) {
     if (axes[i] >= options_.axis_lower[i] && axes[i] <= options_.axis_upper[i]) continue;
-    end(KrcState::limit_exceeded, "Software limit switch: axis A" + std::to_string(i + 1) + " would be at " +
-                                      number_text(axes[i], 6) + " degrees; allowed: " +
-                                      number_text(options_.axis_lower[i], 6) + " to " +
-                                      number_text(options_.axis_upper[i], 6) + ". RSI stops and the robot holds.");
+    end(KrcState::limit_exceeded,
+        "Software limit switch: axis A" + std::to_string(i + 1) + " would be at " + number_text(axes[i], 6) +
+            " degrees; allowed: " + number_text(options_.axis_lower[i], 6) + " to " +
+            number_text(options_.axis_upper[i], 6) + ". RSI stops and the robot holds.");
     return false;
   }
   return true;
@@ -192,11 +198,11 @@ bool Krc::apply_pose() {
   }
   const double length_mm = translation.norm() * 1e3, angle_deg = degrees_of(turn.angle());
   if (!(length_mm <= options_.translation_monitor_mm) || !(angle_deg <= options_.rotation_monitor_deg)) {
-    end(KrcState::limit_exceeded, "KSS29000: the correction of the pose is " + number_text(length_mm, 6) + " mm and " +
-                                      number_text(angle_deg, 6) + " degrees; allowed: " +
-                                      number_text(options_.translation_monitor_mm, 6) + " mm and " +
-                                      number_text(options_.rotation_monitor_deg, 6) +
-                                      " degrees. RSI stops and the robot holds.");
+    end(KrcState::limit_exceeded,
+        "KSS29000: the correction of the pose is " + number_text(length_mm, 6) + " mm and " +
+            number_text(angle_deg, 6) +
+            " degrees; allowed: " + number_text(options_.translation_monitor_mm, 6) + " mm and " +
+            number_text(options_.rotation_monitor_deg, 6) + " degrees. RSI stops and the robot holds.");
     return false;
   }
   // Both in the axes of the base frame: the tool's origin is moved, and the tool is turned about it.
@@ -204,8 +210,9 @@ bool Krc::apply_pose() {
   const auto axes = kinematics_.inverse(wanted, target_);
   if (!axes) {
     const Six at = xyzabc_of(wanted);
-    end(KrcState::unreachable, "The corrected pose X " + number_text(at[0], 6) + ", Y " + number_text(at[1], 6) + ", Z " +
-                                   number_text(at[2], 6) + " mm is out of reach. RSI stops and the robot holds.");
+    end(KrcState::unreachable, "The corrected pose X " + number_text(at[0], 6) + ", Y " +
+                                   number_text(at[1], 6) + ", Z " + number_text(at[2], 6) +
+                                   " mm is out of reach. RSI stops and the robot holds.");
     return false;
   }
   if (!within_switches(*axes)) return false;

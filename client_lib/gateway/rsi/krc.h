@@ -32,14 +32,15 @@ inline constexpr Six all_axes(double value) {
 }
 
 struct KrcOptions {
-  int cycle_ms = 4;                       ///< 4 (#IPO_FAST) or 12 (#IPO)
-  bool relative = false;                  ///< RSI_ON(#RELATIVE): corrections are increments
-  std::uint64_t first_ipoc = 4208163634;  ///< of the first packet
-  int timeout = 100;                      ///< Timeout of the ETHERNET object: late packets until it stops
-  bool waits_for_sensor = false;          ///< late packets count from the first answer on
+  int cycle_ms = 4;                         ///< 4 (#IPO_FAST) or 12 (#IPO)
+  bool relative = false;                    ///< RSI_ON(#RELATIVE): corrections are increments
+  std::uint64_t first_ipoc = 4208163634;    ///< of the first packet
+  int timeout = 100;                        ///< Timeout of the ETHERNET object: late packets until it stops
+  bool waits_for_sensor = false;            ///< late packets count from the first answer on
   Six axis_limit = all_axes(kUnlimited);    ///< AXISCORR: corrections are cut to +- this, degrees
   Six axis_monitor = all_axes(kUnlimited);  ///< AXISCORRMON: larger corrections stop RSI, degrees
-  Six axis_lower = all_axes(-kUnlimited);   ///< software limit switches, degrees; a target beyond them stops RSI
+  Six axis_lower =
+      all_axes(-kUnlimited);  ///< software limit switches, degrees; a target beyond them stops RSI
   Six axis_upper = all_axes(kUnlimited);
   double translation_limit_mm = kUnlimited;    ///< POSCORR, of each of X Y Z
   double rotation_limit_deg = kUnlimited;      ///< POSCORR, of the angle of rotation

@@ -33,13 +33,20 @@ template <class R>
 auto* six_of(R& rob, Internal internal) {
   using SixPointer = decltype(&rob.actual_pose);
   switch (internal) {
-    case Internal::actual_pose: return &rob.actual_pose;
-    case Internal::planned_pose: return &rob.planned_pose;
-    case Internal::actual_axes: return &rob.actual_axes;
-    case Internal::planned_axes: return &rob.planned_axes;
-    case Internal::actual_external_axes: return &rob.actual_external_axes;
-    case Internal::planned_external_axes: return &rob.planned_external_axes;
-    default: return static_cast<SixPointer>(nullptr);
+    case Internal::actual_pose:
+      return &rob.actual_pose;
+    case Internal::planned_pose:
+      return &rob.planned_pose;
+    case Internal::actual_axes:
+      return &rob.actual_axes;
+    case Internal::planned_axes:
+      return &rob.planned_axes;
+    case Internal::actual_external_axes:
+      return &rob.actual_external_axes;
+    case Internal::planned_external_axes:
+      return &rob.planned_external_axes;
+    default:
+      return static_cast<SixPointer>(nullptr);
   }
 }
 
@@ -51,11 +58,14 @@ std::string real_text(double value, int decimals) {
 std::string value_text(const Channel& channel, double value, int decimals) {
   if (!std::isfinite(value)) value = 0.0;
   switch (channel.type) {
-    case ValueType::boolean: return value != 0.0 ? "1" : "0";
+    case ValueType::boolean:
+      return value != 0.0 ? "1" : "0";
     case ValueType::integer:
       return std::to_string(static_cast<std::int64_t>(std::llround(std::clamp(value, -9e18, 9e18))));
-    case ValueType::text: return "";
-    case ValueType::real: break;
+    case ValueType::text:
+      return "";
+    case ValueType::real:
+      break;
   }
   return real_text(value, decimals);
 }
@@ -92,7 +102,13 @@ void append_channels(std::string& made, const std::vector<Channel>& channels,
     }
     if (channel.attribute.empty()) {
       if (const auto text = value(i))
-        made.append("<").append(channel.element).append(">").append(*text).append("</").append(channel.element).append(">");
+        made.append("<")
+            .append(channel.element)
+            .append(">")
+            .append(*text)
+            .append("</")
+            .append(channel.element)
+            .append(">");
       continue;
     }
     const auto same = [&](const Channel& other) {
@@ -124,7 +140,8 @@ std::string with_xml_names(std::string_view text) {
       in_tag = true;
     } else if (c == '>') {
       in_tag = false;
-    } else if (in_tag && c >= '0' && c <= '9' && i > 0 && (text[i - 1] == ' ' || text[i - 1] == '\t' || text[i - 1] == '\n' || text[i - 1] == '\r')) {
+    } else if (in_tag && c >= '0' && c <= '9' && i > 0 &&
+               (text[i - 1] == ' ' || text[i - 1] == '\t' || text[i - 1] == '\n' || text[i - 1] == '\r')) {
       made += '_';
     }
     made += c;
@@ -149,7 +166,8 @@ class Document {
       return;
     }
     if (text.size() > kMaxMessage) {
-      fault = "the message has " + std::to_string(text.size()) + " bytes; allowed: " + std::to_string(kMaxMessage);
+      fault = "the message has " + std::to_string(text.size()) +
+              " bytes; allowed: " + std::to_string(kMaxMessage);
       return;
     }
     const std::string legal = with_xml_names(text);
@@ -171,7 +189,8 @@ class Document {
          e = e->NextSiblingElement(element.c_str())) {
       if (attribute.empty()) return trimmed(e->GetText() == nullptr ? "" : e->GetText());
       const bool digit = attribute[0] >= '0' && attribute[0] <= '9';
-      if (const char* value = e->Attribute((digit ? "_" + attribute : attribute).c_str())) return trimmed(value);
+      if (const char* value = e->Attribute((digit ? "_" + attribute : attribute).c_str()))
+        return trimmed(value);
     }
     return std::nullopt;
   }
@@ -187,7 +206,8 @@ class Document {
       if (e->FirstAttribute() == nullptr) check("");
       for (const auto* a = e->FirstAttribute(); a != nullptr; a = a->Next()) {
         const std::string_view name = a->Name();
-        check(std::string(name.size() > 1 && name[0] == '_' && name[1] >= '0' && name[1] <= '9' ? name.substr(1) : name));
+        check(std::string(
+            name.size() > 1 && name[0] == '_' && name[1] >= '0' && name[1] <= '9' ? name.substr(1) : name));
       }
     }
     return found;
@@ -226,8 +246,8 @@ std::string shown(std::string_view text) {
 
 /// Reads what both messages have: IPOC and user channels.
 template <class Message, class Store>
-bool read_common(const Document& document, const std::vector<Channel>& channels, Message& message, std::string& fault,
-                 const Store& store) {
+bool read_common(const Document& document, const std::vector<Channel>& channels, Message& message,
+                 std::string& fault, const Store& store) {
   const auto ipoc = document.find("IPOC", "");
   const auto number = ipoc ? unsigned_number(*ipoc) : std::nullopt;
   if (!number) {
@@ -241,7 +261,8 @@ bool read_common(const Document& document, const std::vector<Channel>& channels,
     if (!text) continue;
     const auto value = number_of(channels[i], *text);
     if (!value) {
-      fault = name_of(channels[i].element, channels[i].attribute) + ": found " + shown(*text) + "; allowed: a finite number";
+      fault = name_of(channels[i].element, channels[i].attribute) + ": found " + shown(*text) +
+              "; allowed: a finite number";
       return false;
     }
     store(i, *value);
@@ -272,14 +293,16 @@ std::string write_rob(const Configuration& configuration, const Rob& rob, const 
     if (channel.internal == Internal::delay) {
       append_attribute(made, "D", std::to_string(rob.delay));
     } else if (channel.internal == Internal::technology) {
-      for (int i = 1; i <= 10; ++i) append_attribute(made, (channel.attribute + std::to_string(i)).c_str(), "0.0");
+      for (int i = 1; i <= 10; ++i)
+        append_attribute(made, (channel.attribute + std::to_string(i)).c_str(), "0.0");
     } else {
       const Six* six = six_of(rob, channel.internal);
       const int digits = is_pose(channel.internal)       ? decimals.pose
                          : is_external(channel.internal) ? decimals.external_axes
                                                          : decimals.axes;
       for (std::size_t i = 0; i < 6; ++i)
-        append_attribute(made, names_of(channel.internal)[i], real_text(six == nullptr ? 0.0 : (*six)[i], digits));
+        append_attribute(made, names_of(channel.internal)[i],
+                         real_text(six == nullptr ? 0.0 : (*six)[i], digits));
     }
     made.append("/>");
   });
@@ -311,8 +334,9 @@ Parsed<Sen> parse_sen(const Configuration& configuration, std::string_view text)
     return parsed;
   if (const auto message = document.find("EStr", "")) sen.message = std::string(message->substr(0, 256));
   const auto known = known_in(configuration.receive);
-  parsed.unknown = document.unknown(
-      [&](std::string_view element, const std::string& attribute) { return element == "EStr" || known(element, attribute); });
+  parsed.unknown = document.unknown([&](std::string_view element, const std::string& attribute) {
+    return element == "EStr" || known(element, attribute);
+  });
   parsed.message = std::move(sen);
   return parsed;
 }
@@ -345,7 +369,8 @@ Parsed<Rob> parse_rob(const Configuration& configuration, std::string_view text)
       const auto found = document.find(channel.element, name);
       const auto number = found ? finite_number(*found) : std::nullopt;
       if (!number && (found || channel.internal == Internal::actual_axes)) {
-        parsed.fault = name_of(channel.element, name) + (found ? ": found " + shown(*found) + "; allowed: a finite number" : " is missing");
+        parsed.fault = name_of(channel.element, name) +
+                       (found ? ": found " + shown(*found) + "; allowed: a finite number" : " is missing");
         return parsed;
       }
       (*six)[i] = number.value_or(0.0);

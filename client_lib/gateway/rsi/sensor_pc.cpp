@@ -20,7 +20,8 @@ Reception SensorPc::receive(std::string_view bytes, double arrival_s) {
   Reception made;
   auto parsed = parse_rob(configuration_, bytes);
   for (std::string& name : parsed.unknown)
-    if (unknown_.size() < kMaxUnknown && unknown_.insert(name).second) new_unknown_.push_back(std::move(name));
+    if (unknown_.size() < kMaxUnknown && unknown_.insert(name).second)
+      new_unknown_.push_back(std::move(name));
   if (!parsed.message) {
     if (packets_ == 0 && bytes.size() < kEmptyFrame) return made;
     ++invalid_;

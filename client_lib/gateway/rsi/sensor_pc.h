@@ -17,18 +17,18 @@
 namespace takt::gateway::rsi {
 
 struct SensorPcOptions {
-  double silent_s = 0.2;  ///< so long without a packet: the controller is silent
+  double silent_s = 0.2;     ///< so long without a packet: the controller is silent
   PeerClockOptions clock{};  ///< of IPOC
 };
 
 /// What one datagram was.
 struct Reception {
-  std::string answer{};         ///< to send at once; empty: none
-  std::optional<Rob> state{};   ///< of the robot controller
-  double time_s = 0.0;          ///< of the state, on the clock of the arrivals
-  bool restarted = false;       ///< first packet, or IPOC has jumped: the robot must not
-  bool old = false;             ///< doubled, or overtaken by a newer packet: it is answered, and is no new state
-  std::string fault{};          ///< why it is no packet; it has no answer
+  std::string answer{};        ///< to send at once; empty: none
+  std::optional<Rob> state{};  ///< of the robot controller
+  double time_s = 0.0;         ///< of the state, on the clock of the arrivals
+  bool restarted = false;      ///< first packet, or IPOC has jumped: the robot must not
+  bool old = false;     ///< doubled, or overtaken by a newer packet: it is answered, and is no new state
+  std::string fault{};  ///< why it is no packet; it has no answer
 };
 
 class SensorPc {

@@ -23,21 +23,26 @@ int rapid_place(const std::string& name) {
 }
 
 void describe_control(Fields& f, egm::ControllerOptions& c) {
-  f.field("guidance", c.guidance, kGuidances, "joint (EGMActJoint, EGMRunJoint) or pose (EGMActPose, EGMRunPose).");
+  f.field("guidance", c.guidance, kGuidances,
+          "joint (EGMActJoint, EGMRunJoint) or pose (EGMActPose, EGMRunPose).");
   f.section("control", "The control law of position guidance.", [&] {
     f.field("position_gain_per_s", c.position_gain_per_s, not_negative("1/s"),
-            "Speed per difference of position; PosCorrGain is a factor of it. 0: speed references alone. The gain of a real "
+            "Speed per difference of position; PosCorrGain is a factor of it. 0: speed references alone. The "
+            "gain of a real "
             "controller is not published: 20 is assumed.");
-    f.field("max_speed_deviation_deg_per_s", c.max_speed_deviation_deg_per_s, positive("degrees/s"),
-            "MaxSpeedDeviation: above it all axes are slowed by one factor. A real controller has 1 by default.");
+    f.field(
+        "max_speed_deviation_deg_per_s", c.max_speed_deviation_deg_per_s, positive("degrees/s"),
+        "MaxSpeedDeviation: above it all axes are slowed by one factor. A real controller has 1 by default.");
     f.field("max_position_deviation_deg", c.max_position_deviation_deg, positive("degrees"),
             "MaxPosDeviation: farthest from the positions at the start.");
     f.field("low_pass_Hz", c.low_pass_Hz, not_negative("Hz"), "LpFilter, of the speed; 0: none.");
     f.field("ramp_in_s", c.ramp_in_s, not_negative("s"), "RampInTime.");
     f.field("comm_timeout_s", c.comm_timeout_s, positive("s"), "CommTimeout: silence until RAPID stops.");
-    f.field("convergence_deg", c.convergence_deg, positive("degrees"), "Tolerance of each joint, or of the rotation.");
+    f.field("convergence_deg", c.convergence_deg, positive("degrees"),
+            "Tolerance of each joint, or of the rotation.");
     f.field("convergence_mm", c.convergence_mm, positive("mm"), "Tolerance of the position (pose guidance).");
-    f.field("condition_time_s", c.condition_time_s, not_negative("s"), "CondTime: so long within the tolerance.");
+    f.field("condition_time_s", c.condition_time_s, not_negative("s"),
+            "CondTime: so long within the tolerance.");
   });
 }
 
@@ -50,25 +55,29 @@ EgmMapping read_egm_mapping(const std::filesystem::path& file, const CellInfo& c
   int version = 1;
   f.field("takt_egm", version, WholeRange{1, 1}, "Version of the format.", kRequired);
   f.field("role", m.role, kRoles,
-          "What takt is: controller (for an EGM program of your own) or sensor (follows a controller or RobotStudio).");
+          "What takt is: controller (for an EGM program of your own) or sensor (follows a controller or "
+          "RobotStudio).");
   describe_robot(f, m.robot, cell, 0);
   std::vector<std::string> grippers;
   for (const auto& gripper : cell.grippers) grippers.push_back(gripper.name);
   f.field("tool", m.tool, NameOf{grippers, "a gripper of the cell"},
           "The gripper whose tool centre point is the tool of poses; without it the flange.");
-  f.field("address", m.address, Text{}, "IP address of the sensor: where takt sends to, or where it listens.");
+  f.field("address", m.address, Text{},
+          "IP address of the sensor: where takt sends to, or where it listens.");
   f.field("port", m.port, WholeRange{0, 65535}, "UDP port of the sensor.");
   f.field("cycle_ms", m.cycle_ms, WholeRange{4, 1000}, "SampleRate: 4 or a multiple of it.");
   f.check(m.cycle_ms % 4 == 0, "cycle_ms", std::to_string(m.cycle_ms), "a multiple of 4");
   f.when("role", kRoles, m.role, {EgmRole::controller}, [&] { describe_control(f, m.control); });
-  f.check(m.role == EgmRole::sensor || m.control.guidance == egm::Guidance::joint || m.robot.index.size() >= 6, "guidance",
-          "pose, of a robot with " + std::to_string(m.robot.index.size()) + " joints",
-          "joint; pose needs six joints or more");
+  f.check(
+      m.role == EgmRole::sensor || m.control.guidance == egm::Guidance::joint || m.robot.index.size() >= 6,
+      "guidance", "pose, of a robot with " + std::to_string(m.robot.index.size()) + " joints",
+      "joint; pose needs six joints or more");
   f.when("role", kRoles, m.role, {EgmRole::sensor}, [&] {
     f.field("follow", m.planned, kFollowed, "The joints to follow: feedback (measured) or planned.");
     f.field("answers", m.answers, Flag{}, "Signals are sent to RAPID (RobotWare 7), if there are inputs.");
     f.field("delay_s", m.delay_s, NumberRange{.lower = 0.0, .upper = 1.0, .unit = "s"},
-            "Positions take effect so long after the instant of their time stamp: jitter below it does not reach the robot.");
+            "Positions take effect so long after the instant of their time stamp: jitter below it does not "
+            "reach the robot.");
     describe_silence(f, m.silence);
     describe_resynchronisation(f, m.first_command);
   });

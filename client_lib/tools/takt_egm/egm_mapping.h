@@ -15,7 +15,7 @@ enum class EgmRole { controller, sensor };
 struct EgmMapping {
   EgmRole role = EgmRole::controller;
   gateway::RobotMapping robot{};
-  std::string tool;  ///< a gripper
+  std::string tool;                   ///< a gripper
   std::string address = "127.0.0.1";  ///< of the sensor
   int port = 6510;
   int cycle_ms = 4;
@@ -35,6 +35,7 @@ EgmMapping read_egm_mapping(const std::filesystem::path& file, const CellInfo& c
 /// The value of "digital" or "number1" to "number40"; empty: not in the data.
 std::optional<double> rapid_value(const gateway::egm::RapidData& data, const std::string& name);
 /// The values of the inputs; nothing without inputs.
-std::optional<gateway::egm::RapidData> rapid_data_of(const std::vector<gateway::InputMapping>& inputs, const State& state);
+std::optional<gateway::egm::RapidData> rapid_data_of(const std::vector<gateway::InputMapping>& inputs,
+                                                     const State& state);
 
 }  // namespace takt::tool

@@ -23,8 +23,9 @@ constexpr auto kAgain = 500ms;
 constexpr auto kWaitingReported = 5s;
 
 std::uint64_t microseconds_since_1970() {
-  return static_cast<std::uint64_t>(
-      std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::system_clock::now().time_since_epoch()).count());
+  return static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::microseconds>(
+                                        std::chrono::system_clock::now().time_since_epoch())
+                                        .count());
 }
 
 egm::PoseKinematics kinematics_of(const VendorAxes& axes) {
@@ -61,11 +62,14 @@ class Controller {
   void begin(const State& state) {
     egm_.start(measured(state));
     outputs_.forget();
-    report(options_.name, std::string(m_.control.guidance == egm::Guidance::joint ? "EGMRunJoint" : "EGMRunPose") +
-                              ": messages every " + std::to_string(m_.cycle_ms) + " ms to " + sensor_.address + " port " +
-                              std::to_string(sensor_.port) + ".");
+    report(options_.name,
+           std::string(m_.control.guidance == egm::Guidance::joint ? "EGMRunJoint" : "EGMRunPose") +
+               ": messages every " + std::to_string(m_.cycle_ms) + " ms to " + sensor_.address + " port " +
+               std::to_string(sensor_.port) + ".");
   }
-  std::vector<double> measured(const State& state) const { return axes_.axes_of(state.robot(axes_.robot()).position); }
+  std::vector<double> measured(const State& state) const {
+    return axes_.axes_of(state.robot(axes_.robot()).position);
+  }
 
   std::string message(const State& state, std::uint64_t time_us, bool motors_on) {
     const std::vector<double> axes = measured(state);
@@ -100,12 +104,14 @@ class Controller {
   template <class Commands>
   void write_outputs(Commands& commands) {
     if (!egm_.rapid_data()) return;
-    outputs_.write([this](const std::string& name) { return rapid_value(*egm_.rapid_data(), name); }, commands);
+    outputs_.write([this](const std::string& name) { return rapid_value(*egm_.rapid_data(), name); },
+                   commands);
   }
 
   void receive(std::string_view bytes, const Endpoint& from) {
     if (from.address != sensor_.address) {
-      report_("foreign", "A datagram from " + from.address + " is ignored; the sensor is " + sensor_.address + ".");
+      report_("foreign",
+              "A datagram from " + from.address + " is ignored; the sensor is " + sensor_.address + ".");
       return;
     }
     const bool lost = egm_.session() == egm::Session::lost;
@@ -117,10 +123,12 @@ class Controller {
     if (heard_ == 1) report(options_.name, "The sensor answers.");
     if (lost) report(options_.name, "The sensor is back; EGM begins again.");
   }
-  bool due(const State& state) const { return options_.until_s && state.time >= *options_.until_s - kTimeTolerance_s; }
+  bool due(const State& state) const {
+    return options_.until_s && state.time >= *options_.until_s - kTimeTolerance_s;
+  }
   void report_figures() const {
-    report(options_.name, std::to_string(egm_.applied()) + " messages applied, " + std::to_string(egm_.old()) +
-                              " doubled or overtaken.");
+    report(options_.name, std::to_string(egm_.applied()) + " messages applied, " +
+                              std::to_string(egm_.old()) + " doubled or overtaken.");
   }
 
   const EgmOptions& options_;
@@ -160,7 +168,8 @@ class LockstepEgm : public Controller {
       controller.advance();
     }
     report_figures();
-    report(options_.name, "Ends at " + number_text(controller.state().time) + " s of simulated time, state hash " +
+    report(options_.name, "Ends at " + number_text(controller.state().time) +
+                              " s of simulated time, state hash " +
                               hexadecimal_text(controller.state().state_hash) + ".");
     return 0;
   }
@@ -179,7 +188,8 @@ class LockstepEgm : public Controller {
       if (before == 0) socket_->send(bytes, sensor_);  // the sensor was not there yet
       if (Clock::now() - reported < kWaitingReported) continue;
       reported = Clock::now();
-      report(options_.name, "Waits for an answer to message " + std::to_string(egm_.seqno() - 1) + "; the cell stands still.");
+      report(options_.name, "Waits for an answer to message " + std::to_string(egm_.seqno() - 1) +
+                                "; the cell stands still.");
     }
   }
 };
@@ -189,7 +199,8 @@ class RealtimeEgm : public Controller {
   using Controller::Controller;
 
   int run(Client& client) {
-    CellLink link(client, {.name = options_.name, .period_s = period_s(), .most_interval_s = 2.0 * period_s() + 0.01},
+    CellLink link(client,
+                  {.name = options_.name, .period_s = period_s(), .most_interval_s = 2.0 * period_s() + 0.01},
                   targets_of(axes_.robot(), m_.outputs));
     link_ = &link;
     if (options_.start) client.play();
@@ -240,25 +251,29 @@ class SensorSide {
         report_(options.name),
         axes_(cell, mapping.robot, mapping.tool),
         egm_({.silent_s = mapping.silence.deadline_s, .planned = mapping.planned}),
-        follower_(options.name, axes_, mapping.first_command, mapping.silence.action, 1e-3 * mapping.cycle_ms),
+        follower_(options.name, axes_, mapping.first_command, mapping.silence.action,
+                  1e-3 * mapping.cycle_ms),
         outputs_(mapping.outputs),
         socket_(loop_.udp(mapping.address, static_cast<std::uint16_t>(mapping.port))) {
     loop_.stop_on_signals();
   }
 
   int run(Client& client) {
-    CellLink link(client, {.name = options_.name, .period_s = 1e-3 * m_.cycle_ms}, targets_of(axes_.robot(), m_.outputs));
+    CellLink link(client, {.name = options_.name, .period_s = 1e-3 * m_.cycle_ms},
+                  targets_of(axes_.robot(), m_.outputs));
     link_ = &link;
     if (options_.start) client.play();
-    report(options_.name, "Listens at " + m_.address + " port " + std::to_string(socket_->port()) + " for the robot controller.");
+    report(options_.name, "Listens at " + m_.address + " port " + std::to_string(socket_->port()) +
+                              " for the robot controller.");
     socket_->start([this](std::string_view bytes, const Endpoint& from) { receive(bytes, from); });
     loop_.every(20ms, [this] { watch(); });
     bool failed = false;
     supervise_each_second(loop_, client, link, options_.name, failed);
     loop_.run();
     link_ = nullptr;
-    report(options_.name, std::to_string(egm_.messages()) + " messages, " + std::to_string(egm_.invalid()) + " invalid, " +
-                              std::to_string(egm_.restarts()) + " starts of the controller. " + link.figures());
+    report(options_.name, std::to_string(egm_.messages()) + " messages, " + std::to_string(egm_.invalid()) +
+                              " invalid, " + std::to_string(egm_.restarts()) + " starts of the controller. " +
+                              link.figures());
     return failed ? 1 : 0;
   }
 
@@ -274,21 +289,25 @@ class SensorSide {
     }
     const std::vector<double> joints = egm::Follower::joints_of(*message.state, m_.planned);
     if (joints.size() != axes_.count()) {
-      report_("count", "A message has " + std::to_string(joints.size()) + " joints; the robot " + axes_.robot() + " has " +
-                           std::to_string(axes_.count()) + ". It is not followed.");
+      report_("count", "A message has " + std::to_string(joints.size()) + " joints; the robot " +
+                           axes_.robot() + " has " + std::to_string(axes_.count()) + ". It is not followed.");
       return;
     }
     if (message.restarted) follower_.begin(from);
     if (message.drives != drives_)
-      report(options_.name, message.drives ? "The motors are on." : "The motors are off or the MCI has an error; the robot holds.");
+      report(options_.name, message.drives ? "The motors are on."
+                                           : "The motors are off or the MCI has an error; the robot holds.");
     if (message.drives && !drives_) follower_.resynchronise();
     drives_ = message.drives;
     call_at(loop_, message.time_s, m_.delay_s,
-            [this, joints, rapid = message.state->rapid_data, time_s = message.time_s] { follow(joints, rapid, time_s); });
+            [this, joints, rapid = message.state->rapid_data, time_s = message.time_s] {
+              follow(joints, rapid, time_s);
+            });
   }
 
   void follow(const std::vector<double>& joints, const std::optional<egm::RapidData>& rapid, double time_s) {
-    if (rapid) outputs_.write([&](const std::string& name) { return rapid_value(*rapid, name); }, link_->sender());
+    if (rapid)
+      outputs_.write([&](const std::string& name) { return rapid_value(*rapid, name); }, link_->sender());
     if (drives_)
       follower_.follow(joints, time_s, *link_->state(), link_->sender());
     else
@@ -326,7 +345,8 @@ int run_egm(const EgmOptions& options) {
   const EgmMapping mapping = read_egm_mapping(options.mapping, *cell);
   if (mapping.role == EgmRole::sensor) {
     if (options.lockstep)
-      throw std::invalid_argument("--lockstep: a real controller does not wait for the cell; allowed: with 'role: controller'");
+      throw std::invalid_argument(
+          "--lockstep: a real controller does not wait for the cell; allowed: with 'role: controller'");
     return SensorSide(options, mapping, *cell).run(client);
   }
   if (!options.lockstep) return RealtimeEgm(options, mapping, *cell).run(client);

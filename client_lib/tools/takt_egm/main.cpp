@@ -33,11 +33,14 @@ int run(int argc, char** argv) {
   takt::tool::add_connection_options(app, options.client);
   app.add_flag("--lockstep", options.lockstep, "each message waits for its answer, and the cell for both");
   app.add_flag("--start", options.start, "set the cell playing");
-  app.add_option("--until", options.until_s, "end at this simulated time, s")->check(takt::command_line::not_negative());
-  app.add_option("--name", options.name, "what the controller is called in events and status")->capture_default_str();
-  app.add_option("--secure", options.client.secure_directory,
-                 "auto: identities of this user, made at first use; or a directory with identity and permissions "
-                 "(environment: TAKT_SECURE)")
+  app.add_option("--until", options.until_s, "end at this simulated time, s")
+      ->check(takt::command_line::not_negative());
+  app.add_option("--name", options.name, "what the controller is called in events and status")
+      ->capture_default_str();
+  app.add_option(
+         "--secure", options.client.secure_directory,
+         "auto: identities of this user, made at first use; or a directory with identity and permissions "
+         "(environment: TAKT_SECURE)")
       ->check(CLI::ExistingDirectory | CLI::IsMember({"auto", "auto:controller"}));
   try {
     app.parse(argc, argv);

@@ -50,7 +50,8 @@ RsiMapping read_rsi_mapping(const std::filesystem::path& file, const CellInfo& c
   int version = 1;
   f.field("takt_rsi", version, WholeRange{1, 1}, "Version of the format.", kRequired);
   f.field("role", m.role, kRoles,
-          "What takt is: controller (the KRC, for an RSI program of your own) or sensor_pc (follows a KRC or VRC).");
+          "What takt is: controller (the KRC, for an RSI program of your own) or sensor_pc (follows a KRC or "
+          "VRC).");
   describe_robot(f, m.robot, cell, 0);
   f.check(m.robot.index.size() <= 12, "robot", std::to_string(m.robot.index.size()) + " joints",
           "at most 12: A1 to A6 and E1 to E6");
@@ -58,18 +59,22 @@ RsiMapping read_rsi_mapping(const std::filesystem::path& file, const CellInfo& c
   for (const auto& gripper : cell.grippers) grippers.push_back(gripper.name);
   f.field("tool", m.tool, NameOf{grippers, "a gripper of the cell"},
           "The gripper whose tool centre point is the tool of RIst and RKorr; without it the flange.");
-  f.field("configuration", m.configuration_file, ExistingFile{}, "The Ethernet configuration (XML) of the KRC.", kRequired);
+  f.field("configuration", m.configuration_file, ExistingFile{},
+          "The Ethernet configuration (XML) of the KRC.", kRequired);
   const FileText text = read_bounded_file(m.configuration_file, kMostConfiguration_MB);
-  f.check(text.problem.empty(), "configuration", m.configuration_file.string() + ": " + text.problem, "a readable file");
+  f.check(text.problem.empty(), "configuration", m.configuration_file.string() + ": " + text.problem,
+          "a readable file");
   m.configuration = rsi::parse_configuration(text.text, m.configuration_file.string());
   m.address = m.configuration.address;
   m.port = m.configuration.port;
   f.field("address", m.address, Text{}, "IP address of the sensor PC; without it that of the configuration.");
-  f.field("port", m.port, WholeRange{0, 65535}, "UDP port of the sensor PC; without it that of the configuration.");
+  f.field("port", m.port, WholeRange{0, 65535},
+          "UDP port of the sensor PC; without it that of the configuration.");
   f.field("cycle_ms", m.krc.cycle_ms, kCycles, "4 (#IPO_FAST) or 12 (#IPO).");
   f.when("role", kRoles, m.role, {RsiRole::controller}, [&] {
     f.field("corrections", m.krc.relative, kCorrections, "RSI_ON(#ABSOLUTE) or RSI_ON(#RELATIVE).");
-    f.field("timeout_packets", m.krc.timeout, WholeRange{1, 100000}, "Late packets until RSI stops with KSS29002.");
+    f.field("timeout_packets", m.krc.timeout, WholeRange{1, 100000},
+            "Late packets until RSI stops with KSS29002.");
     m.krc.waits_for_sensor = true;
     f.field("waits_for_sensor", m.krc.waits_for_sensor, Flag{},
             "Late packets count from the first answer on; false: as in a real controller, from RSI_ON on.");
@@ -78,7 +83,8 @@ RsiMapping read_rsi_mapping(const std::filesystem::path& file, const CellInfo& c
   });
   f.when("role", kRoles, m.role, {RsiRole::sensor_pc}, [&] {
     f.field("delay_s", m.delay_s, NumberRange{.lower = 0.0, .upper = 1.0, .unit = "s"},
-            "Positions take effect so long after the instant that IPOC means: jitter below it does not reach the robot.");
+            "Positions take effect so long after the instant that IPOC means: jitter below it does not reach "
+            "the robot.");
     describe_silence(f, m.silence);
     describe_resynchronisation(f, m.first_command);
   });

@@ -71,8 +71,9 @@ class Controller {
     krc_.start(six_of(axes), six_of(axes, 6));
     before_.clear();
     outputs_.forget();
-    report(options_.name, "RSI is on: packets every " + std::to_string(m_.krc.cycle_ms) + " ms to " + pc_.address + " port " +
-                              std::to_string(pc_.port) + ", corrections are " + (m_.krc.relative ? "relative" : "absolute") + ".");
+    report(options_.name, "RSI is on: packets every " + std::to_string(m_.krc.cycle_ms) + " ms to " +
+                              pc_.address + " port " + std::to_string(pc_.port) + ", corrections are " +
+                              (m_.krc.relative ? "relative" : "absolute") + ".");
   }
 
   std::string packet(const State& state) {
@@ -104,7 +105,8 @@ class Controller {
   /// For one cycle later; the velocity is that of the way since the set-point before.
   SetPoint set_point() {
     std::vector<double> target(axes_.count());
-    for (std::size_t i = 0; i < target.size(); ++i) target[i] = i < 6 ? krc_.target()[i] : krc_.external_target()[i - 6];
+    for (std::size_t i = 0; i < target.size(); ++i)
+      target[i] = i < 6 ? krc_.target()[i] : krc_.external_target()[i - 6];
     std::vector<double> rates(target.size(), 0.0);
     if (!before_.empty())
       for (std::size_t i = 0; i < rates.size(); ++i) rates[i] = (target[i] - before_[i]) / period_s();
@@ -117,23 +119,28 @@ class Controller {
   void write_outputs(Commands& commands) {
     outputs_.write(
         [this](const std::string& tag) -> std::optional<double> {
-          return krc_.values()[static_cast<std::size_t>(rsi::Configuration::find(m_.configuration.receive, tag))];
+          return krc_
+              .values()[static_cast<std::size_t>(rsi::Configuration::find(m_.configuration.receive, tag))];
         },
         commands);
   }
 
   void receive(std::string_view bytes, const Endpoint& from) {
     if (from.address != pc_.address) {
-      report_("foreign", "A datagram from " + from.address + " is ignored; the sensor PC is " + pc_.address + ".");
+      report_("foreign",
+              "A datagram from " + from.address + " is ignored; the sensor PC is " + pc_.address + ".");
       return;
     }
     const std::string told = krc_.message();
     const rsi::Taken taken = krc_.answer(bytes);
     for (const std::string& name : krc_.new_unknown())
-      report(options_.name, "The answers have " + name + ", which the list RECEIVE of the configuration does not have; it is ignored.");
+      report(options_.name,
+             "The answers have " + name +
+                 ", which the list RECEIVE of the configuration does not have; it is ignored.");
     if (krc_.message() != told) report(options_.name, "The sensor PC says: " + krc_.message());
     if (taken == rsi::Taken::invalid) report_("invalid", "An answer is invalid: " + krc_.fault() + ".");
-    if (taken == rsi::Taken::other_ipoc) report_("ipoc", "An answer has the IPOC of another packet; it is not applied.");
+    if (taken == rsi::Taken::other_ipoc)
+      report_("ipoc", "An answer has the IPOC of another packet; it is not applied.");
     if (taken != rsi::Taken::applied) return;
     if (!heard_) report(options_.name, "The sensor PC answers.");
     heard_ = true;
@@ -144,12 +151,15 @@ class Controller {
   /// Reports the end of RSI. True if it is switched on again.
   bool ended() {
     report(options_.name, krc_.reason());
-    report(options_.name, std::to_string(krc_.packets()) + " packets, " + std::to_string(krc_.late()) + " without an answer in time.");
+    report(options_.name, std::to_string(krc_.packets()) + " packets, " + std::to_string(krc_.late()) +
+                              " without an answer in time.");
     failed_ = krc_.state() != rsi::KrcState::stopped_by_sensor;
     heard_ = false;
     return m_.repeat;
   }
-  bool due(const State& state) const { return options_.until_s && state.time >= *options_.until_s - kTimeTolerance_s; }
+  bool due(const State& state) const {
+    return options_.until_s && state.time >= *options_.until_s - kTimeTolerance_s;
+  }
 
  public:
   virtual ~Controller() = default;
@@ -197,7 +207,8 @@ class LockstepRsi : public Controller {
       write_outputs(controller);
       controller.advance();
     }
-    report(options_.name, "Ends at " + number_text(controller.state().time) + " s of simulated time, state hash " +
+    report(options_.name, "Ends at " + number_text(controller.state().time) +
+                              " s of simulated time, state hash " +
                               hexadecimal_text(controller.state().state_hash) + ".");
     return failed_ ? 1 : 0;
   }
@@ -218,7 +229,8 @@ class LockstepRsi : public Controller {
       if (!heard_) socket_->send(bytes, pc_);  // the sensor PC was not there yet
       if (Clock::now() - reported < kWaitingReported) continue;
       reported = Clock::now();
-      report(options_.name, "Waits for the answer to IPOC " + std::to_string(krc_.ipoc()) + "; the cell stands still.");
+      report(options_.name,
+             "Waits for the answer to IPOC " + std::to_string(krc_.ipoc()) + "; the cell stands still.");
     }
   }
 };
@@ -228,7 +240,8 @@ class RealtimeRsi : public Controller {
   using Controller::Controller;
 
   int run(Client& client) {
-    CellLink link(client, {.name = options_.name, .period_s = period_s(), .most_interval_s = 2.0 * period_s() + 0.01},
+    CellLink link(client,
+                  {.name = options_.name, .period_s = period_s(), .most_interval_s = 2.0 * period_s() + 0.01},
                   targets_of(axes_.robot(), m_.outputs));
     link_ = &link;
     if (options_.start) client.play();
@@ -294,7 +307,8 @@ class SensorSide {
         report_(options.name),
         axes_(cell, mapping.robot, mapping.tool),
         pc_(mapping.configuration, {.silent_s = mapping.silence.deadline_s}),
-        follower_(options.name, axes_, mapping.first_command, mapping.silence.action, 1e-3 * mapping.krc.cycle_ms),
+        follower_(options.name, axes_, mapping.first_command, mapping.silence.action,
+                  1e-3 * mapping.krc.cycle_ms),
         outputs_(mapping.outputs),
         socket_(loop_.udp(mapping.address, static_cast<std::uint16_t>(mapping.port))) {
     loop_.stop_on_signals();
@@ -305,15 +319,17 @@ class SensorSide {
                   targets_of(axes_.robot(), m_.outputs));
     link_ = &link;
     if (options_.start) client.play();
-    report(options_.name, "Listens at " + m_.address + " port " + std::to_string(socket_->port()) + " for the robot controller.");
+    report(options_.name, "Listens at " + m_.address + " port " + std::to_string(socket_->port()) +
+                              " for the robot controller.");
     socket_->start([this](std::string_view bytes, const Endpoint& from) { receive(bytes, from); });
     loop_.every(std::chrono::milliseconds(5 * m_.krc.cycle_ms), [this] { watch(); });
     bool failed = false;
     supervise_each_second(loop_, client, link, options_.name, failed);
     loop_.run();
     link_ = nullptr;
-    report(options_.name, std::to_string(pc_.packets()) + " packets, " + std::to_string(pc_.invalid()) + " invalid, " +
-                              std::to_string(pc_.restarts()) + " starts of the controller, D " + std::to_string(pc_.delay()) + ". " +
+    report(options_.name, std::to_string(pc_.packets()) + " packets, " + std::to_string(pc_.invalid()) +
+                              " invalid, " + std::to_string(pc_.restarts()) +
+                              " starts of the controller, D " + std::to_string(pc_.delay()) + ". " +
                               link.figures());
     return failed ? 1 : 0;
   }
@@ -330,16 +346,19 @@ class SensorSide {
     const rsi::Reception packet = pc_.receive(bytes, wall_s());
     if (!packet.answer.empty()) socket_->send(packet.answer, from);
     for (const std::string& name : pc_.new_unknown())
-      report(options_.name, "The packets have " + name + ", which the list SEND of the configuration does not have; it is ignored.");
+      report(options_.name, "The packets have " + name +
+                                ", which the list SEND of the configuration does not have; it is ignored.");
     if (!packet.fault.empty()) report_("invalid", "A packet is invalid: " + packet.fault + ".");
     if (!packet.state) return;
     if (packet.restarted) follower_.begin(from);
-    call_at(loop_, packet.time_s, m_.delay_s, [this, rob = *packet.state, time_s = packet.time_s] { follow(rob, time_s); });
+    call_at(loop_, packet.time_s, m_.delay_s,
+            [this, rob = *packet.state, time_s = packet.time_s] { follow(rob, time_s); });
   }
 
   void follow(const rsi::Rob& rob, double time_s) {
     std::vector<double> axes(axes_.count());
-    for (std::size_t i = 0; i < axes.size(); ++i) axes[i] = i < 6 ? rob.actual_axes[i] : rob.actual_external_axes[i - 6];
+    for (std::size_t i = 0; i < axes.size(); ++i)
+      axes[i] = i < 6 ? rob.actual_axes[i] : rob.actual_external_axes[i - 6];
     follower_.follow(axes, time_s, *link_->state(), link_->sender());
     outputs_.write(
         [&](const std::string& tag) -> std::optional<double> {
@@ -368,7 +387,8 @@ class SensorSide {
 void say_what_is_not_computed(const RsiOptions& options, const RsiMapping& m) {
   if (m.role != RsiRole::controller) return;
   for (const rsi::Channel& channel : m.configuration.send)
-    if (channel.internal == rsi::Internal::axis_currents || channel.internal == rsi::Internal::external_axis_currents ||
+    if (channel.internal == rsi::Internal::axis_currents ||
+        channel.internal == rsi::Internal::external_axis_currents ||
         channel.internal == rsi::Internal::technology)
       report(options.name, channel.tag + " is sent as 0: takt does not compute it.");
 }
@@ -387,7 +407,8 @@ int run_rsi(const RsiOptions& options) {
   say_what_is_not_computed(options, mapping);
   if (mapping.role == RsiRole::sensor_pc) {
     if (options.lockstep)
-      throw std::invalid_argument("--lockstep: a real controller does not wait for the cell; allowed: with 'role: controller'");
+      throw std::invalid_argument(
+          "--lockstep: a real controller does not wait for the cell; allowed: with 'role: controller'");
     return SensorSide(options, mapping, *cell).run(client);
   }
   if (!options.lockstep) return RealtimeRsi(options, mapping, *cell).run(client);

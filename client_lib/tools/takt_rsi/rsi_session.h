@@ -13,7 +13,7 @@ struct RsiOptions {
   ClientOptions client{};
   std::string name = "takt-rsi";
   bool lockstep = false;
-  bool start = false;              ///< set the cell playing
+  bool start = false;               ///< set the cell playing
   std::optional<double> until_s{};  ///< simulated time
 };
 

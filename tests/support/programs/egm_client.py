@@ -1,8 +1,8 @@
 """An EGM program written from the fact sheet alone: answers each message of a controller with references.
 
 egm_client.py PORT [--messages N] [--amplitude DEG] [--period S] [--feed-forward] [--fault FAULT] [--gripper AT,AT]
-A sine on joint 1 by the controller's time. Prints a line of JSON. Faults: radians, packed, cut, seqno0 (each message),
-silent:N (no answer from message N on).
+A sine on joint 1 by the controller's time. Prints a line of JSON. Faults: radians, cut, silent:N (no answer
+from message N on).
 """
 import argparse
 import json
@@ -60,9 +60,8 @@ while k < a.messages:
         target = [math.radians(v) for v in target]
     if a.fault.startswith("silent") and k > int(a.fault.split(":")[1]):
         continue
-    answer = egm.sensor(0 if a.fault == "seqno0" else k, target, tm, speeds=[speed, 0, 0, 0, 0, 0] if a.feed_forward else None,
-                        digital=sum(k >= at for at in changes) % 2 if changes else None,
-                        joints=egm.packed if a.fault == "packed" else egm.joints)
+    answer = egm.sensor(k, target, tm, speeds=[speed, 0, 0, 0, 0, 0] if a.feed_forward else None,
+                        digital=sum(k >= at for at in changes) % 2 if changes else None)
     link.sendto(answer[:40] if a.fault == "cut" else answer, peer)
 print(json.dumps({"messages": k, "worst_deg": worst, "first_seqno": seqnos[0], "last_seqno": seqnos[-1],
                   "states": sorted(states), "held": held, "start": start, "end": joints}), flush=True)

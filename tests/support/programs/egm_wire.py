@@ -27,12 +27,7 @@ def joints(values):
     return b"".join(double(1, v) for v in values)
 
 
-def packed(values):
-    """As proto3 would write them: EGM does not."""
-    return message(1, b"".join(struct.pack("<d", v) for v in values))
-
-
-def sensor(seqno, values, tm=None, kind=3, speeds=None, digital=None, joints=joints):
+def sensor(seqno, values, tm=None, kind=3, speeds=None, digital=None):
     header = unsigned(1, seqno) + (b"" if tm is None else unsigned(2, tm)) + unsigned(3, kind)
     out = message(1, header) + message(2, message(1, joints(values)))
     if speeds is not None:
@@ -42,13 +37,12 @@ def sensor(seqno, values, tm=None, kind=3, speeds=None, digital=None, joints=joi
     return out
 
 
-def robot(seqno, values, tm, motors=1, mci=3, digital=None, planned=True, joints=joints):
+def robot(seqno, values, tm, motors=1, mci=3, digital=None):
     pose = (message(1, double(1, 1.0) + double(2, 2.0) + double(3, 3.0)) +
             message(2, double(1, 1.0) + double(2, 0.0) + double(3, 0.0) + double(4, 0.0)))
     motion = message(1, joints(values)) + message(2, pose) + message(4, unsigned(1, tm // 1000) + unsigned(2, tm % 1000 * 1000))
     out = message(1, unsigned(1, seqno) + unsigned(2, tm) + unsigned(3, 2)) + message(2, motion)
-    if planned:
-        out += message(3, motion)
+    out += message(3, motion)
     out += message(4, unsigned(1, motors)) + message(5, unsigned(1, mci)) + unsigned(6, 0) + message(8, unsigned(1, 2)) + double(10, 12.5)
     if digital is not None:
         out += message(13, unsigned(1, digital))
