@@ -21,7 +21,7 @@ await "$scratch/gateway.log" 'follows its controller'
 python3 - "$("$bin/takt" --json state)" <<'END'
 import json, math, sys
 robot = json.loads(sys.argv[1])["robots"]["Robot1"]
-axes = [math.degrees(q) for q in robot["position"]]
+axes = [math.degrees(q) for q in robot["position"].values()]
 print("kuka_simulator: axes", [round(a, 4) for a in axes])
 sys.exit(max(abs(a - b) for a, b in zip(axes, [0, -90, 90, 0, 90, 0])) > 0.6)
 END

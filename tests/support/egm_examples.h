@@ -1,5 +1,5 @@
 #pragma once
-// Golden messages of ABB's EGM (fact sheet egm.md, section 2): hand-encoded, accepted by protobuf with ABB's descriptor.
+// Golden messages of ABB's EGM encoded by hand, accepted by protobuf with ABB's descriptor.
 #include <cstdint>
 #include <string>
 #include <string_view>

@@ -1,6 +1,5 @@
 #pragma once
-// The Ethernet configuration and the messages of KUKA's public RSI client, as they went over the wire (fact sheet rsi.md,
-// section 2).
+// The Ethernet configuration and the messages of KUKA's public RSI client, as they go over the wire.
 #include <string>
 
 #include "client_lib/gateway/rsi/configuration.h"

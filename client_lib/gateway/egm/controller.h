@@ -6,7 +6,7 @@
 //   position <- position + factor * speed * dt                     one factor for all axes: the largest speed is limited
 //
 // `position` is the controller's own set-point (planned). The gain of a real controller is not published: the default
-// is an assumption. Degrees and millimetres. Source: /work/shared/reference/external/egm.md, section 3.
+// is an assumption. Degrees and millimetres. Sources: ros-industrial/abb_libegm and FLo-ABB/ABB-EGM-Python (GitHub); ABB 3HAC073318-001.
 #include <cstdint>
 #include <functional>
 #include <limits>

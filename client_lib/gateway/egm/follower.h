@@ -1,6 +1,6 @@
 #pragma once
 // The sensor's side of EGM: follows a robot controller that a RAPID program moves (EGMStreamStart). Pure: no clock, no
-// socket. Source: /work/shared/reference/external/egm.md, section 4.
+// socket. Sources: ros-industrial/abb_libegm and FLo-ABB/ABB-EGM-Python (GitHub); ABB 3HAC073318-001.
 #include <cstdint>
 #include <optional>
 #include <string>

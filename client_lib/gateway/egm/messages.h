@@ -1,6 +1,6 @@
 #pragma once
 // The messages of ABB's Externally Guided Motion as plain structs. Degrees and millimetres. The wire format is egm.proto;
-// protobuf stays in messages.cpp. Source: /work/shared/reference/external/egm.md.
+// protobuf stays in messages.cpp. Sources: ros-industrial/abb_libegm and FLo-ABB/ABB-EGM-Python (GitHub); ABB 3HAC073318-001.
 #include <array>
 #include <cstdint>
 #include <optional>

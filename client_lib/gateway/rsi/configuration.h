@@ -8,7 +8,7 @@
 //     <RECEIVE><ELEMENTS> <ELEMENT TAG TYPE INDX HOLDON/> ... </ELEMENTS></RECEIVE>  sensor PC to controller
 //   </ROOT>
 //
-// Source: /work/shared/reference/external/rsi.md, section 2.
+// Sources: kroshu/kuka-external-control-sdk and kroshu/kuka_drivers (GitHub).
 #include <stdexcept>
 #include <string>
 #include <string_view>

@@ -11,7 +11,7 @@
 //
 // Corrections come from the elements AK (axes), EK (external axes) and RKorr (pose), those that the configuration
 // receives. Absolute ones are offsets to the start, relative ones add up. Units: degrees and millimetres.
-// Source: /work/shared/reference/external/rsi.md, sections 2 and 4.
+// Sources: kroshu/kuka-external-control-sdk and kroshu/kuka_drivers (GitHub).
 #include <cstdint>
 #include <functional>
 #include <limits>

@@ -6,7 +6,7 @@
 //
 // Both are written in the order of the Ethernet configuration, with one blank between attributes and none before "/>":
 // the client of KUKA's SDK reads fixed positions. Both are read tolerant to order, blanks and unknown elements. Degrees
-// and millimetres. Source: /work/shared/reference/external/rsi.md.
+// and millimetres. Sources: kroshu/kuka-external-control-sdk and kroshu/kuka_drivers (GitHub).
 #include <cstdint>
 #include <optional>
 #include <string>

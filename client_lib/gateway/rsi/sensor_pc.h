@@ -3,7 +3,7 @@
 //
 // Each packet is answered at once with its own IPOC and the newest values, never after a step of the simulation. The
 // positions get the time that the controller means by its IPOC, so that jitter of the network does not reach the motion.
-// Source: /work/shared/reference/external/rsi.md, section 3.
+// Sources: kroshu/kuka-external-control-sdk and kroshu/kuka_drivers (GitHub).
 #include <cstdint>
 #include <optional>
 #include <set>
