@@ -11,7 +11,7 @@ struct PeerClockOptions {
   std::uint64_t jump_ms = 1000;  ///< a larger step of the stamp is a restart of the controller
   std::uint64_t old_ms =
       40;  ///< a stamp at most this far back was doubled or overtaken; further back is a restart
-  /// Stamp and arrival may be this far apart. Beyond it stamps count anew from the arrival: the controller's clock drifts,
+  /// Stamp and arrival may be this far apart. Beyond it stamps count from the arrival again: the controller's clock drifts,
   /// or its stamps are no milliseconds.
   double drift_s = 0.1;
 };

@@ -16,7 +16,6 @@ run() {
   /usr/bin/python3 -B -u "$root/tests/peers/abb_egm_python.py" "$peer" "$peer/examples/simple/$1" >"$scratch/example.log" 2>&1 &
   local example=$!
   processes+=("$example")
-  "$bin/takt" pace realtime >/dev/null
   # shellcheck disable=SC2086
   start_gateway takt-egm "$4" $3 --start
   await "$scratch/example.log" "$2"

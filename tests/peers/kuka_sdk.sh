@@ -20,7 +20,6 @@ for pace in --lockstep ''; do
   client=$!
   processes+=("$client")
   await "$scratch/client.log" ready
-  "$bin/takt" pace realtime >/dev/null
   # shellcheck disable=SC2086
   start_gateway takt-rsi "$mapping" $pace --start
   wait "$client" || { echo "kuka_sdk: the client ended with $?"; cat "$scratch/gateway.log"; exit 1; }

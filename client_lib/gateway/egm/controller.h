@@ -66,7 +66,7 @@ class Controller {
   /// EGMRun: the reference is the present position; seqno counts from 0.
   void start(const std::vector<double>& joints);
 
-  /// A message of the sensor. After silence it begins a session anew, from the present position.
+  /// A message of the sensor. After silence it begins another session, from the present position.
   Taken receive(std::string_view bytes);
 
   /// One cycle of the control law. `measured` are the joints of the robot.

@@ -199,6 +199,7 @@ class RealtimeEgm : public Controller {
   using Controller::Controller;
 
   int run(Client& client) {
+    if (options_.start) client.set_pace(Pace::realtime);
     CellLink link(client,
                   {.name = options_.name, .period_s = period_s(), .most_interval_s = 2.0 * period_s() + 0.01},
                   targets_of(axes_.robot(), m_.outputs));
@@ -259,6 +260,7 @@ class SensorSide {
   }
 
   int run(Client& client) {
+    if (options_.start) client.set_pace(Pace::realtime);
     CellLink link(client, {.name = options_.name, .period_s = 1e-3 * m_.cycle_ms},
                   targets_of(axes_.robot(), m_.outputs));
     link_ = &link;
