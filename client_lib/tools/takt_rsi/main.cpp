@@ -32,7 +32,7 @@ int run(int argc, char** argv) {
   app.add_option("MAPPING", options.mapping, "mapping file (YAML)")->required()->check(CLI::ExistingFile);
   takt::tool::add_connection_options(app, options.client);
   app.add_flag("--lockstep", options.lockstep, "each packet waits for its answer, and the cell for both");
-  app.add_flag("--start", options.start, "set the cell playing");
+  app.add_flag("--start", options.start, "set the cell playing, at the pace realtime or lockstep");
   app.add_option("--until", options.until_s, "end at this simulated time, s")
       ->check(takt::command_line::not_negative());
   app.add_option("--name", options.name, "what the controller is called in events and status")
