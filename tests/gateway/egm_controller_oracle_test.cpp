@@ -167,6 +167,14 @@ TEST(EgmController, MessagesOfAnotherModeAreRefused) {
   pose.planned = Motion{{}, EgmPose{}, {}, {}};
   EXPECT_EQ(cell.controller.receive(encode(pose)), Taken::invalid);
   EXPECT_THAT(cell.controller.fault(), HasSubstr("41826"));
+  // Joints beside a pose and Cartesian speeds, as abb_libegm sends them: the joints count.
+  Cell both;
+  pose.planned->joints = home_and(1.0);
+  pose.has_speeds = true;
+  pose.joint_speeds = pose.cartesian_speeds = {0, 0, 0, 0, 0, 0};
+  EXPECT_EQ(both.controller.receive(encode(pose)), Taken::applied);
+  both.steps(1000);
+  EXPECT_NEAR(both.controller.planned()[0], 1.0, 1e-6);
   EXPECT_EQ(cell.controller.receive(reference(1, {1, 2, 3})), Taken::invalid);
   EXPECT_THAT(cell.controller.fault(), HasSubstr("planned.joints: found 3 numbers; allowed: 6"));
   for (std::size_t length = 0; length < kGoldenEgmSensor.size(); ++length)

@@ -13,11 +13,12 @@ role: controller
 robot: Robot1'
 # run EXAMPLE WORDS PACE MAPPING: until the example has said the words.
 run() {
+  # shellcheck disable=SC2086
+  start_gateway takt-egm "$4" $3 --start
+  await "$scratch/gateway.log" EGMRun  # the client gives up after 0.5 s without a message
   /usr/bin/python3 -B -u "$root/tests/peers/abb_egm_python.py" "$peer" "$peer/examples/simple/$1" >"$scratch/example.log" 2>&1 &
   local example=$!
   processes+=("$example")
-  # shellcheck disable=SC2086
-  start_gateway takt-egm "$4" $3 --start
   await "$scratch/example.log" "$2"
   kill "$gateway"
   wait "$gateway" || { cat "$scratch/gateway.log"; exit 1; }
@@ -28,3 +29,5 @@ run() {
 }
 run guidance/example_joint_guidance.py 'Completed movement 4' --lockstep "$mapping"
 run guidance/example_joint_guidance.py 'Completed movement 1' '' "$mapping"
+run guidance/example_speed_guidance.py 'Speed guidance example completed' '' "$mapping
+guidance: pose"

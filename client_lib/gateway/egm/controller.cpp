@@ -91,6 +91,18 @@ Taken Controller::receive(std::string_view bytes) {
 }
 
 bool Controller::take(const Sensor& sensor) {
+  static const Motion kNothing;
+  const Motion& planned = sensor.planned ? *sensor.planned : kNothing;
+  const bool poses = options_.guidance == Guidance::pose;
+  // Public clients fill in joints and poses together; a message of the other mode has nothing for this one.
+  const bool for_joints = !planned.joints.empty() || !planned.external_joints.empty() ||
+                          !sensor.joint_speeds.empty() || !sensor.external_speeds.empty();
+  const bool for_pose = planned.pose || !sensor.cartesian_speeds.empty();
+  if (poses ? for_joints && !for_pose : for_pose && !for_joints) {
+    fault_ = std::string("41826: the message is one of another mode, with ") + (poses ? "joints" : "poses") +
+             " alone; this controller runs " + (poses ? "EGMActPose" : "EGMActJoint");
+    return false;
+  }
   const auto count_is = [&](const std::vector<double>& values, std::size_t wanted, const char* name) {
     if (values.empty() || values.size() == wanted) return true;
     fault_ = std::string(name) + ": found " + std::to_string(values.size()) +
@@ -98,47 +110,31 @@ bool Controller::take(const Sensor& sensor) {
     return false;
   };
   const std::size_t robot = std::min(count_, kRobotJoints), external = count_ - robot;
-  if (!count_is(sensor.joint_speeds, robot, "speedRef.joints") ||
-      !count_is(sensor.external_speeds, external, "speedRef.externalJoints") ||
-      !count_is(sensor.cartesian_speeds, 6, "speedRef.cartesians"))
-    return false;
-  const bool poses = options_.guidance == Guidance::pose;
-  if (poses ? !sensor.joint_speeds.empty() : !sensor.cartesian_speeds.empty()) {
-    fault_ = std::string("41826: the mode of the message is another one: speedRef has ") +
-             (poses ? "joints" : "cartesians") + "; this controller runs " +
-             (poses ? "EGMActPose" : "EGMActJoint");
-    return false;
-  }
-  if (sensor.planned) {
-    const Motion& planned = *sensor.planned;
-    if (!count_is(planned.joints, robot, "planned.joints") ||
-        !count_is(planned.external_joints, external, "planned.externalJoints"))
-      return false;
-    if (poses ? !planned.joints.empty() && !planned.pose : planned.pose && planned.joints.empty()) {
-      fault_ = std::string("41826: the mode of the message is another one: planned has ") +
-               (poses ? "joints" : "a pose") + "; this controller runs " +
-               (poses ? "EGMActPose" : "EGMActJoint");
-      return false;
-    }
-    if (poses && planned.pose) {
+  if (poses) {
+    if (!count_is(sensor.cartesian_speeds, 6, "speedRef.cartesians")) return false;
+    if (planned.pose) {
       reference_pose_ = pose_of(*planned.pose);
       has_reference_ = true;
     }
-    if (!poses && !(planned.joints.empty() && planned.external_joints.empty())) {
-      std::copy(planned.joints.begin(), planned.joints.end(), reference_.begin());
-      std::copy(planned.external_joints.begin(), planned.external_joints.end(),
-                reference_.begin() + static_cast<std::ptrdiff_t>(robot));
-      has_reference_ = true;
+    pose_speed_ = {};
+    if (sensor.cartesian_speeds.size() == 6) {
+      const auto& v = sensor.cartesian_speeds;
+      pose_speed_ = {Vec3(v[0], v[1], v[2]) * 1e-3,
+                     Vec3(radians_of(v[3]), radians_of(v[4]), radians_of(v[5]))};
     }
-  }
-  std::fill(speed_reference_.begin(), speed_reference_.end(), 0.0);
-  std::copy(sensor.joint_speeds.begin(), sensor.joint_speeds.end(), speed_reference_.begin());
-  std::copy(sensor.external_speeds.begin(), sensor.external_speeds.end(),
-            speed_reference_.begin() + static_cast<std::ptrdiff_t>(robot));
-  pose_speed_ = {};
-  if (sensor.cartesian_speeds.size() == 6) {
-    const auto& v = sensor.cartesian_speeds;
-    pose_speed_ = {Vec3(v[0], v[1], v[2]) * 1e-3, Vec3(radians_of(v[3]), radians_of(v[4]), radians_of(v[5]))};
+  } else {
+    if (!count_is(planned.joints, robot, "planned.joints") ||
+        !count_is(planned.external_joints, external, "planned.externalJoints") ||
+        !count_is(sensor.joint_speeds, robot, "speedRef.joints") ||
+        !count_is(sensor.external_speeds, external, "speedRef.externalJoints"))
+      return false;
+    const auto second = static_cast<std::ptrdiff_t>(robot);
+    std::copy(planned.joints.begin(), planned.joints.end(), reference_.begin());
+    std::copy(planned.external_joints.begin(), planned.external_joints.end(), reference_.begin() + second);
+    has_reference_ = has_reference_ || !(planned.joints.empty() && planned.external_joints.empty());
+    std::fill(speed_reference_.begin(), speed_reference_.end(), 0.0);
+    std::copy(sensor.joint_speeds.begin(), sensor.joint_speeds.end(), speed_reference_.begin());
+    std::copy(sensor.external_speeds.begin(), sensor.external_speeds.end(), speed_reference_.begin() + second);
   }
   if (sensor.rapid_data) rapid_data_ = sensor.rapid_data;
   return true;
