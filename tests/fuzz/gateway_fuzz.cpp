@@ -61,7 +61,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       egm::Follower follower({});
       const egm::Reception message = follower.receive(bytes, 1.0);
       if (message.state) {
-        for (const double joint : egm::Follower::joints_of(*message.state, false)) require(std::isfinite(joint));
+        for (const double joint : egm::Follower::joints_of(*message.state, false))
+          require(std::isfinite(joint));
       }
     }
   }

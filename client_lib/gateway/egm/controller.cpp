@@ -134,7 +134,8 @@ bool Controller::take(const Sensor& sensor) {
     has_reference_ = has_reference_ || !(planned.joints.empty() && planned.external_joints.empty());
     std::fill(speed_reference_.begin(), speed_reference_.end(), 0.0);
     std::copy(sensor.joint_speeds.begin(), sensor.joint_speeds.end(), speed_reference_.begin());
-    std::copy(sensor.external_speeds.begin(), sensor.external_speeds.end(), speed_reference_.begin() + second);
+    std::copy(sensor.external_speeds.begin(), sensor.external_speeds.end(),
+              speed_reference_.begin() + second);
   }
   if (sensor.rapid_data) rapid_data_ = sensor.rapid_data;
   return true;
