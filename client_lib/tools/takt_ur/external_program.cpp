@@ -89,7 +89,7 @@ void ExternalProgram::exit_by(const std::string& why) {
 }
 
 void ExternalProgram::unsupported(const std::string& what) {
-  controller_.error_code(0, rtde::ReportLevel::warning, what + " is not supported by takt.");
+  throw urscript::ScriptError(1, 1, what + " is not supported by takt");
 }
 
 bool ExternalProgram::advance() {
@@ -184,7 +184,7 @@ void ExternalProgram::change_mode(ControlMode mode) {
       unsupported("Freedrive (no hand guides the robot; it stands)");
       break;
     case ControlMode::torque:
-      unsupported("Torque control (the robot stands)");
+      unsupported("Torque control");
       break;
     default:
       break;
@@ -404,7 +404,8 @@ void ExternalProgram::take_point(const rtde::TrajectoryPoint& point, bool last) 
       break;
     }
     default:
-      unsupported("Trajectory points of type " + std::to_string(static_cast<int>(point.type)));
+      controller_.text("Trajectory points of type " + std::to_string(static_cast<int>(point.type)) +
+                       " are not supported by takt.");
       result_ = TrajectoryResult::failure;
       return;
   }
