@@ -131,7 +131,7 @@ TEST(RtdeServer, AWrittenVariableIsInUseUntilItsConnectionEnds) {
   EXPECT_EQ(second->receive(kInputs), bytes("0016 49 01 \"UINT8,UINT8,DOUBLE\""));
 }
 
-TEST(RtdeServer, AStreamThatIsNoRtdeIsBroken) {
+TEST(RtdeServer, AStreamThatIsNoRtdeEnds) {
   for (const char* hostile : {"0002 56", "0000 00", "0003 41", "ffff 7a"}) {
     Controller controller;
     const auto session = controller.session();

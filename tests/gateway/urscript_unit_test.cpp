@@ -9,10 +9,10 @@ using namespace takt::urscript;
 
 TEST(ScriptStream, SplitsProgramsAndLinesAtEveryByte) {
   const std::string text =
-      "stop program\n# a comment\n\ndef a():\n  while True:\n    sleep(0.1)\n  end\nend\nset_digital_out(0, "
+      "stop program\n# a comment\n\ndef a():\n  while True:\n    stopj(0.1)\n  end\nend\nset_digital_out(0, "
       "True)\n";
   const std::vector<std::string> expected{
-      "stop program", "def a():\n  while True:\n    sleep(0.1)\n  end\nend", "set_digital_out(0, True)"};
+      "stop program", "def a():\n  while True:\n    stopj(0.1)\n  end\nend", "set_digital_out(0, True)"};
   for (std::size_t cut = 0; cut <= text.size(); ++cut) {
     ScriptStream stream;
     std::vector<std::string> found;
@@ -53,8 +53,8 @@ TEST(Script, AnUnknownFunctionIsAnErrorWithLineAndColumn) {
 TEST(Script, WhatTaktDoesNotRunIsRefused) {
   for (const char* text :
        {"def a():\n  x = 1\nend", "def a():\n  if x > 1:\n  end\nend", "def a():\n  movej(q)\nend",
-        "def a():\n  sleep(0.1\nend", "def a():\n  sleep(nan)\nend", "def a():\n end\nend", "def 7a():\nend",
-        "def a():\n sleep(1)", "sleep(1) sleep(2)", "while True:\n"})
+        "def a():\n  stopj(0.1\nend", "def a():\n  stopj(nan)\nend", "def a():\n end\nend", "def 7a():\nend",
+        "def a():\n stopj(1)", "stopj(1) stopj(2)", "while True:\n"})
     EXPECT_THROW(parse_program(text), ScriptError) << text;
 }
 

@@ -181,7 +181,7 @@ void ExternalProgram::change_mode(ControlMode mode) {
       phase_ = Phase::stopping;
       break;
     case ControlMode::freedrive:
-      unsupported("Freedrive (no hand guides the robot; it stands)");
+      controller_.text("Freedrive: no hand guides the robot; it stands.");
       break;
     case ControlMode::torque:
       unsupported("Torque control");

@@ -247,7 +247,7 @@ void UrController::start(std::unique_ptr<RunningProgram> program) {
   at_rest_since_ = cycle_;
   paused_ = false;
   log("The program " + program->name() + " starts.");
-  on_primary_message(rtde::key_message(timestamp_us(), "PROGRAM_XXX_STARTED", program->name()));
+  on_primary_message(rtde::key_message(timestamp_us(), rtde::kProgramStarted, program->name()));
   program_ = std::move(program);
 }
 
@@ -258,7 +258,7 @@ void UrController::end_program(const char* why) {
   program_.reset();
   motion_.stop();
   log("The program " + name + " has ended. " + why);
-  on_primary_message(rtde::key_message(timestamp_us(), "PROGRAM_XXX_STOPPED", name));
+  on_primary_message(rtde::key_message(timestamp_us(), rtde::kProgramStopped, name));
 }
 
 void UrController::fail(const std::string& name, const urscript::ScriptError& error) {
