@@ -2,11 +2,14 @@
 
 #include <cstdio>
 
+#include "idl/common/utf8.h"
+
 namespace takt::gateway {
 namespace {
 
 /// Real-time factor below which the cell counts as too slow for wall time.
 constexpr double kLeastFactor = 0.98;
+constexpr std::size_t kLongestSentence = 1000;
 
 std::string milliseconds(double s) {
   char text[32];
@@ -17,7 +20,8 @@ std::string milliseconds(double s) {
 }  // namespace
 
 void report(const std::string& gateway, const std::string& sentence) {
-  std::printf("%s: %s\n", gateway.c_str(), sentence.c_str());
+  // Sentences may have texts of clients.
+  std::printf("%s: %s\n", gateway.c_str(), utf8_sanitize(sentence, kLongestSentence).c_str());
   std::fflush(stdout);
 }
 

@@ -136,6 +136,21 @@ TEST(UrMotion, ALineMovesTheToolStraight) {
   EXPECT_LT((robot.motion.tool_pose(robot.motion.position()).p - end.p).norm(), 1e-9);
 }
 
+TEST(UrMotion, ALineThatIsTooFastForTheJointsTakesLonger) {
+  Robot robot;
+  Pose end = robot.motion.tool_pose(kHome);
+  end.p += Vec3(-0.3, 0.3, 0.1);
+  ASSERT_TRUE(robot.motion.move_line(end, {.duration_s = 0.05}));
+  double fastest = 0.0;
+  while (robot.motion.follows()) {
+    ASSERT_TRUE(robot.motion.advance(1.0));
+    for (const double speed : robot.motion.velocity()) fastest = std::max(fastest, std::abs(speed));
+  }
+  EXPECT_GT(fastest, 1.0);
+  EXPECT_LE(fastest, 2.0);
+  EXPECT_LT((robot.motion.tool_pose(robot.motion.position()).p - end.p).norm(), 1e-9);
+}
+
 TEST(UrMotion, AnArcPassesThroughItsMiddle) {
   Robot robot;
   const Pose start = robot.motion.tool_pose(kHome);

@@ -236,9 +236,6 @@ void ExternalProgram::trajectory_action(const rtde::ReverseMessage& message) {
 }
 
 void ExternalProgram::begin_cleanup(AfterCleanup then) {
-  // Points of a trajectory that has not begun to be read are those of the present one too.
-  if (!runs_ && then == AfterCleanup::start && !finishing_)
-    points_left_ = std::min<std::int64_t>(points_left_, 0);
   runs_ = finishing_ = false;
   cleaning_ = true;
   cleaning_since_ = controller_.cycle();
@@ -306,7 +303,7 @@ void ExternalProgram::advance_trajectory() {
     return;
   --points_left_;
   const bool drained = was_streaming_ && !streaming_ && points_left_ < 0;
-  if (drained) points_left_ = 0;
+  if (was_streaming_) points_left_ = 0;  // no more points are announced
   if (!drained) controller_.text("Receiving trajectory point failed!");
   finish_trajectory(drained ? TrajectoryResult::success : TrajectoryResult::failure);
 }
