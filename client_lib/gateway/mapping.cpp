@@ -120,7 +120,8 @@ void describe_robot(Fields& f, RobotMapping& m, const CellInfo& cell, std::size_
 void describe_silence(Fields& f, SilenceMapping& m) {
   f.section("silence", "What happens when the controller sends nothing.", [&] {
     f.field("deadline_s", m.deadline_s, positive("s"), "Longest time between two commands.");
-    f.field("action", m.action, choice_of<SafeAction>(), "hold: the robot keeps its last set-point; stop: it brakes.");
+    f.field("action", m.action, choice_of<SafeAction>(),
+            "hold: the robot keeps its last set-point; stop: it brakes.");
   });
 }
 

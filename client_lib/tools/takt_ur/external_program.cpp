@@ -406,9 +406,9 @@ void ExternalProgram::take_point(const rtde::TrajectoryPoint& point, bool last) 
       result_ = TrajectoryResult::failure;
       return;
   }
+  controller_.protective_stop("the target is out of reach");
   controller_.error_code(204, rtde::ReportLevel::violation,
                          "Path sanity check failed: the target is out of reach.");
-  controller_.protective_stop("the target is out of reach");
 }
 
 void ExternalProgram::take_spline(const rtde::TrajectoryPoint& point, bool last) {
