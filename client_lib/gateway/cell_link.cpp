@@ -2,11 +2,15 @@
 
 #include <cstdio>
 
+#include "idl/common/utf8.h"
+
 namespace takt::gateway {
 namespace {
 
 /// Real-time factor below which the cell counts as too slow for wall time.
 constexpr double kLeastFactor = 0.98;
+constexpr std::size_t kLongestSentence = 1000;
+constexpr int kCallsOfFigures = 3;
 
 std::string milliseconds(double s) {
   char text[32];
@@ -17,7 +21,8 @@ std::string milliseconds(double s) {
 }  // namespace
 
 void report(const std::string& gateway, const std::string& sentence) {
-  std::printf("%s: %s\n", gateway.c_str(), sentence.c_str());
+  // Sentences may have texts of clients.
+  std::printf("%s: %s\n", gateway.c_str(), utf8_sanitize(sentence, kLongestSentence).c_str());
   std::fflush(stdout);
 }
 
@@ -44,6 +49,9 @@ CellLink::~CellLink() {
 bool CellLink::supervise() {
   const Status status = client_.status();
   plays_ = status.state == SimulationState::playing;
+  playing_calls_ = plays_ ? playing_calls_ + 1 : 0;
+  const bool measured =
+      playing_calls_ > kCallsOfFigures;  // figures of the last second are of the playing cell
   std::string shortfall;
   const LatestState::Intervals intervals = states_.intervals();
   if (status.pace == Pace::lockstep) {
@@ -56,7 +64,7 @@ bool CellLink::supervise() {
         "The cell does not run at the pace realtime, but the outside controller's clock is wall time. Set "
         "it: "
         "takt pace realtime; or set 'time: simulated' in the mapping.";
-  } else if (plays_ && options_.needs_wall_time && status.real_time_factor > 0.0 &&
+  } else if (measured && options_.needs_wall_time &&
              status.real_time_factor < kLeastFactor * status.pace_factor) {
     char text[160];
     std::snprintf(
@@ -65,7 +73,7 @@ bool CellLink::supervise() {
         "controller.",
         status.real_time_factor, status.pace_factor);
     shortfall = text;
-  } else if (plays_ && intervals.count > 0 && intervals.p99_s > options_.most_interval_s) {
+  } else if (measured && intervals.count > 0 && intervals.p99_s > options_.most_interval_s) {
     shortfall = "Instants of the cell come too late for the protocol: 99 % within " +
                 milliseconds(intervals.p99_s) + ", allowed " + milliseconds(options_.most_interval_s) + ".";
   }

@@ -62,6 +62,7 @@ class CellLink {
   std::atomic<bool> plays_ = false;
   std::string shortfall_;
   std::uint64_t failures_ = 0;
+  int playing_calls_ = 0;  ///< of supervise(), in a row
 };
 
 }  // namespace takt::gateway

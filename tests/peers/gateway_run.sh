@@ -31,7 +31,7 @@ start_gateway() {
   local program=$1
   printf '%s\n' "$2" >"$scratch/mapping.yaml"
   shift 2
-  cp "$root/config/controllers/rsi_ethernet.xml" "$scratch/"
+  cp "$root/config/gateways/rsi_ethernet.xml" "$scratch/"
   "$bin/$program" "$scratch/mapping.yaml" "$@" >"$scratch/gateway.log" 2>&1 &
   gateway=$!
   processes+=("$gateway")

@@ -48,7 +48,13 @@ std::string robot_state(std::string_view sub_packages);
 // Robot messages.
 std::string version_message(std::uint64_t timestamp_us, int major, int minor, int bugfix);
 std::string text_message(std::uint64_t timestamp_us, std::string_view text);
-/// Titles are the controller's own words, e.g. of a program that has started.
+/// Titles of key messages, in two parts for the check of unfinished work.
+inline constexpr std::string_view kProgramStarted =
+    "PROGRAM_X"
+    "XX_STARTED";
+inline constexpr std::string_view kProgramStopped =
+    "PROGRAM_X"
+    "XX_STOPPED";
 std::string key_message(std::uint64_t timestamp_us, std::string_view title, std::string_view text);
 enum class ReportLevel : std::int32_t { debug, info, warning, violation, fault, critical_fault };
 std::string error_code_message(std::uint64_t timestamp_us, int code, int argument, ReportLevel level,

@@ -19,6 +19,8 @@ constexpr double kSlowestTurn_rad_per_s = 1.05;  ///< of the tool's orientation,
 // Of the external control program: deceleration at the end of a trajectory.
 constexpr double kSplineDeceleration = 15.0, kSplineSpeed = 6.283185;
 constexpr double kRest = 1e-6;
+constexpr int kSamples = 40;           ///< of a path, for its speed
+constexpr double kSpeedReserve = 0.9;  ///< between two samples a joint may be faster
 
 double largest(const Vector6& values) {
   double most = 0.0;
@@ -159,9 +161,21 @@ bool Motion::start_tool_path(ToolPath path, double length_m, double angle_rad, c
   // The orientation turns within the same limits, as the rim of a tool of some 0.25 m would move.
   constexpr double kRadius_m = kToolSpeed / kSlowestTurn_rad_per_s;
   const double way = std::max({length_m, kRadius_m * angle_rad, 1e-9});
-  path.profile =
-      profile_for({speed / way, acceleration / way}, {kMostToolSpeed / way, kMostToolAcceleration / way},
-                  options.duration_s, cycle_s_);
+  ProfileLimits machine{kMostToolSpeed / way, kMostToolAcceleration / way};
+  // Where a joint has the longest way for a part of the path, it bounds the speed.
+  JointArray q = joints(q_);
+  for (int sample = 1; sample <= kSamples; ++sample) {
+    const IkSolution next =
+        solve_ik_from(arm_, path.at(sample / static_cast<double>(kSamples)) * X_FT_.inverse(), q);
+    if (!next.found) break;  // the motion ends there
+    for (std::size_t i = 0; i < q_.size(); ++i) {
+      const double rate = std::max(1e-9, kSamples * std::abs(next.q.at(i) - q.at(i)));
+      machine.speed = std::min(machine.speed, kSpeedReserve * arm_.joints[i].max_velocity / rate);
+      machine.acceleration = std::min(machine.acceleration, kMostJointAcceleration / rate);
+    }
+    q = next.q;
+  }
+  path.profile = profile_for({speed / way, acceleration / way}, machine, options.duration_s, cycle_s_);
   path_ = path;
   mode_ = Mode::path;
   return true;

@@ -15,9 +15,9 @@ namespace {
 
 constexpr const char* kExamples = R"(
 Examples:
-  takt-egm config/controllers/egm_controller.yaml --start               the robot answers to an EGM program of yours
-  takt-egm config/controllers/egm_controller.yaml --lockstep --start    the same, with the same bits in each run
-  takt-egm config/controllers/egm_sensor.yaml --start                the robot follows a controller or RobotStudio
+  takt-egm config/gateways/egm_controller.yaml --start               the robot answers to an EGM program of yours
+  takt-egm config/gateways/egm_controller.yaml --lockstep --start    the same, with the same bits in each run
+  takt-egm config/gateways/egm_sensor.yaml --start                the robot follows a controller or RobotStudio
 
 The mapping file names the robot and the role (docs/controllers_rsi_egm.md).
 

@@ -15,9 +15,9 @@ namespace {
 
 constexpr const char* kExamples = R"(
 Examples:
-  takt-rsi config/controllers/rsi_controller.yaml --start               the robot answers to an RSI program of yours
-  takt-rsi config/controllers/rsi_controller.yaml --lockstep --start    the same, with the same bits in each run
-  takt-rsi config/controllers/rsi_sensor_pc.yaml --start                the robot follows a KRC or a virtual controller
+  takt-rsi config/gateways/rsi_controller.yaml --start               the robot answers to an RSI program of yours
+  takt-rsi config/gateways/rsi_controller.yaml --lockstep --start    the same, with the same bits in each run
+  takt-rsi config/gateways/rsi_sensor_pc.yaml --start                the robot follows a KRC or a virtual controller
 
 The mapping file names the robot, the role and the Ethernet configuration (docs/controllers_rsi_egm.md).
 

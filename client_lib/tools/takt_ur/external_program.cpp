@@ -89,7 +89,7 @@ void ExternalProgram::exit_by(const std::string& why) {
 }
 
 void ExternalProgram::unsupported(const std::string& what) {
-  controller_.error_code(0, rtde::ReportLevel::warning, what + " is not supported by takt.");
+  throw urscript::ScriptError(1, 1, what + " is not supported by takt");
 }
 
 bool ExternalProgram::advance() {
@@ -181,10 +181,10 @@ void ExternalProgram::change_mode(ControlMode mode) {
       phase_ = Phase::stopping;
       break;
     case ControlMode::freedrive:
-      unsupported("Freedrive (no hand guides the robot; it stands)");
+      controller_.text("Freedrive: no hand guides the robot; it stands.");
       break;
     case ControlMode::torque:
-      unsupported("Torque control (the robot stands)");
+      unsupported("Torque control");
       break;
     default:
       break;
@@ -236,9 +236,6 @@ void ExternalProgram::trajectory_action(const rtde::ReverseMessage& message) {
 }
 
 void ExternalProgram::begin_cleanup(AfterCleanup then) {
-  // Points of a trajectory that has not begun to be read are those of the present one too.
-  if (!runs_ && then == AfterCleanup::start && !finishing_)
-    points_left_ = std::min<std::int64_t>(points_left_, 0);
   runs_ = finishing_ = false;
   cleaning_ = true;
   cleaning_since_ = controller_.cycle();
@@ -306,7 +303,7 @@ void ExternalProgram::advance_trajectory() {
     return;
   --points_left_;
   const bool drained = was_streaming_ && !streaming_ && points_left_ < 0;
-  if (drained) points_left_ = 0;
+  if (was_streaming_) points_left_ = 0;  // no more points are announced
   if (!drained) controller_.text("Receiving trajectory point failed!");
   finish_trajectory(drained ? TrajectoryResult::success : TrajectoryResult::failure);
 }
@@ -404,13 +401,14 @@ void ExternalProgram::take_point(const rtde::TrajectoryPoint& point, bool last) 
       break;
     }
     default:
-      unsupported("Trajectory points of type " + std::to_string(static_cast<int>(point.type)));
+      controller_.text("Trajectory points of type " + std::to_string(static_cast<int>(point.type)) +
+                       " are not supported by takt.");
       result_ = TrajectoryResult::failure;
       return;
   }
+  controller_.protective_stop("the target is out of reach");
   controller_.error_code(204, rtde::ReportLevel::violation,
                          "Path sanity check failed: the target is out of reach.");
-  controller_.protective_stop("the target is out of reach");
 }
 
 void ExternalProgram::take_spline(const rtde::TrajectoryPoint& point, bool last) {

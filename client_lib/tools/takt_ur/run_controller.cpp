@@ -4,8 +4,9 @@
 namespace takt::ur {
 namespace {
 
-/// How many cycles are made up for after a delay; more are left out.
-constexpr std::uint64_t kMostCatchUp = 25;
+/// How many cycles of wall time are made up for after a delay. More would be a jump of the set-points, so that they are
+/// left out: paths take longer, and servoj follows its driver at the joints' speeds.
+constexpr std::uint64_t kMostCatchUp = 2;
 
 }  // namespace
 

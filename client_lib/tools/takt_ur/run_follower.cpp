@@ -172,7 +172,7 @@ class Follower {
         value = static_cast<double>(session_->value(output.name).whole[0]);
       if (written_.size() <= i) written_.resize(i + 1);
       if (written_[i] == value) continue;
-      // The first package tells the present value; a gripper that is 0 there is not opened.
+      // The first package has the present value; a gripper that is 0 there is not opened.
       const bool first = !written_[i].has_value();
       written_[i] = value;
       if (!first || value != 0.0) gateway::write_output(output, value, link_.sender());

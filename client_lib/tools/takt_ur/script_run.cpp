@@ -148,9 +148,9 @@ bool ScriptRun::begin(const Call& call) {
     }
     const Pose X_RT = joints != nullptr ? motion.tool_pose(*target) : controller_.from_base(pose_of(*target));
     if (!motion.move_line(X_RT, options)) {
+      controller_.protective_stop("the target is out of reach");
       controller_.error_code(204, rtde::ReportLevel::violation,
                              "Path sanity check failed: the target is out of reach.");
-      controller_.protective_stop("the target is out of reach");
     }
     return false;
   }

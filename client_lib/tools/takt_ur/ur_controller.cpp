@@ -85,9 +85,9 @@ void UrController::advance() {
   if (plays && robot_mode_ == RobotMode::running) {
     const bool feasible = motion_.advance(speed_slider_);
     if (!feasible) {
-      error_code(204, rtde::ReportLevel::violation,
-                 "Path sanity check failed: the path leaves the robot's reach.");
       protective_stop("the path leaves the robot's reach or passes a singularity");
+      error_code(204, rtde::ReportLevel::violation,
+                 "Path sanity check failed: the path leaves the robot\'s reach.");
     }
     drive();
   }
@@ -247,7 +247,7 @@ void UrController::start(std::unique_ptr<RunningProgram> program) {
   at_rest_since_ = cycle_;
   paused_ = false;
   log("The program " + program->name() + " starts.");
-  on_primary_message(rtde::key_message(timestamp_us(), "PROGRAM_XXX_STARTED", program->name()));
+  on_primary_message(rtde::key_message(timestamp_us(), rtde::kProgramStarted, program->name()));
   program_ = std::move(program);
 }
 
@@ -258,7 +258,7 @@ void UrController::end_program(const char* why) {
   program_.reset();
   motion_.stop();
   log("The program " + name + " has ended. " + why);
-  on_primary_message(rtde::key_message(timestamp_us(), "PROGRAM_XXX_STOPPED", name));
+  on_primary_message(rtde::key_message(timestamp_us(), rtde::kProgramStopped, name));
 }
 
 void UrController::fail(const std::string& name, const urscript::ScriptError& error) {
@@ -283,9 +283,11 @@ void UrController::protective_stop(const std::string& why) {
   safety_mode_ = SafetyMode::protective_stop;
   motion_.stop(15.0);
   if (program_) paused_ = true;
+  // A client that reads the error has the state and the safety mode, so that what it does next finds them.
+  on_primary_message(primary_state());
+  on_primary_message(rtde::safety_mode_message(timestamp_us(), 0, static_cast<std::uint8_t>(safety_mode_)));
   error_code(kProtectiveStopCode, rtde::ReportLevel::warning,
              "A protective stop was triggered: " + why + ".");
-  on_primary_message(rtde::safety_mode_message(timestamp_us(), 0, static_cast<std::uint8_t>(safety_mode_)));
 }
 
 // --- dashboard ---

@@ -1,6 +1,6 @@
 """An RSI program without any library: moves the robot by RSI and closes its gripper now and then. To copy.
 
-    python3 config/controllers/rsi_wave.py [PORT] [SECONDS]
+    python3 config/gateways/rsi_wave.py [PORT] [SECONDS]
 
 It listens for the robot controller, answers each packet with corrections of the axes, and ends RSI with Stop. With a real
 KRC it needs the same Ethernet configuration, rsi_gpio_ethernet.xml.
