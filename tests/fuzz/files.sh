@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Fuzzes the readers of files, one format after the other: files.sh BUILD [--minutes N] [FORMAT...]. Useful
+# Fuzzes the readers of files and of protocols, one format after the other: files.sh BUILD [--minutes N] [FORMAT...]. Useful
 # inputs go to BUILD/fuzz/FORMAT, where the next run continues; an input that ends a reader is named, and belongs
 # into tests/fuzz/corpus after the repair. Ends with 1 if there was one.
 set -euo pipefail
@@ -10,11 +10,11 @@ formats=()
 while (($#)); do
   case $1 in
     --minutes) minutes=$2; shift 2 ;;
-    obj | stl | glb | urdf | yaml) formats+=("$1"); shift ;;
-    *) echo "files: unknown word '$1'; there are --minutes N (for each format), obj, stl, glb, urdf, yaml" >&2; exit 2 ;;
+    obj | stl | glb | urdf | yaml | rtde | urscript) formats+=("$1"); shift ;;
+    *) echo "files: unknown word '$1'; there are --minutes N (for each format), obj, stl, glb, urdf, yaml, rtde, urscript" >&2; exit 2 ;;
   esac
 done
-((${#formats[@]})) || formats=(obj stl glb urdf yaml)
+((${#formats[@]})) || formats=(obj stl glb urdf yaml rtde urscript)
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 status=0
@@ -22,7 +22,11 @@ for format in "${formats[@]}"; do
   kept=$build/fuzz/$format
   mkdir -p "$kept"
   log=$build/fuzz/$format.log
-  if TAKT_FUZZ_FORMAT=$format TMPDIR=$scratch "$build/bin/takt-fuzz-files" -max_total_time=$((minutes * 60)) -max_len=4096 \
+  case $format in
+    rtde | urscript) program=takt-fuzz-protocols ;;
+    *) program=takt-fuzz-files ;;
+  esac
+  if TAKT_FUZZ_FORMAT=$format TMPDIR=$scratch "$build/bin/$program" -max_total_time=$((minutes * 60)) -max_len=4096 \
     -timeout=20 -rss_limit_mb=2048 -malloc_limit_mb=1024 -artifact_prefix="$build/fuzz/$format-" "$kept" "$corpus/$format" \
     >"$log" 2>&1; then
     echo "$format: $(tail -n 1 "$log")"

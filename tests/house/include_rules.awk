@@ -17,7 +17,9 @@ BEGIN {
                 "server/simulation/model/ server/simulation/solver/ server/simulation/step/ server/fields/ server/devices/ server/scenario/ " \
                 "server/runtime/requests/ server/runtime/recording/ server/runtime/loop/ server/runtime/host/ server/runtime/ " \
                 "server/messages/ server/dds/ server/headless/ server/tools/ server/server_main.cpp client_lib/kinematics/ client_lib/controller/ " \
-                "client_lib/render/ client_lib/recording/ client_lib/tools/ client_lib/ idl/command_line/ idl/ config/", room, " ")
+                "client_lib/render/ client_lib/recording/ client_lib/gateway/rtde/ client_lib/gateway/urscript/ client_lib/gateway/rsi/ " \
+                "client_lib/gateway/egm/ client_lib/gateway/ " \
+                "client_lib/tools/ client_lib/ idl/command_line/ idl/ config/", room, " ")
   plant = "plant_models/ idl/common/"
   may["plant_models/"] = "plant_models/"
   may["idl/common/"] = "idl/common/ GENERATED"
@@ -74,16 +76,24 @@ BEGIN {
   may["client_lib/controller/"] = plant " client_lib/kinematics/ client_lib/controller/ GENERATED"
   may["client_lib/render/"] = plant " client_lib/render/"
   may["client_lib/recording/"] = "idl/common/ client_lib/recording/ GENERATED"
+  # Coders of protocols are functions on bytes; the gateways around them are clients with a mapping file.
+  may["client_lib/gateway/rtde/"] = "client_lib/gateway/rtde/ idl/common/"
+  may["client_lib/gateway/urscript/"] = "client_lib/gateway/urscript/ idl/common/"
+  units = plant " client_lib/kinematics/ client_lib/gateway/vendor_units.h client_lib/gateway/peer_clock.h"
+  may["client_lib/gateway/rsi/"] = units " client_lib/gateway/rsi/"
+  may["client_lib/gateway/egm/"] = units " client_lib/gateway/egm/"
   may["client_lib/"] = plant " client_lib/ idl/transport/ idl/ GENERATED"
-  # takt check reads a section of scenario files.
-  may["client_lib/tools/"] = "idl/command_line/ server/fields/expected_poses.h " may["client_lib/"]  # its end says GENERATED
+  may["client_lib/gateway/"] = "server/fields/ " may["client_lib/"]
+  # takt check reads a section of scenario files; gateways read their mapping files by the same tables.
+  may["client_lib/tools/"] = "idl/command_line/ server/fields/ " may["client_lib/"]  # its end says GENERATED
   may["idl/command_line/"] = "idl/common/ idl/command_line/"
   may["idl/transport/"] = "idl/common/ idl/transport/ security_documents.h"  # which CMake makes of config/dds/security
   may["idl/"] = "idl/ GENERATED"
   may["config/"] = plant " config/"
 
   core = "plant_models/ server/geometry/ server/components/ server/contact/ server/simulation/ server/fields/ server/devices/ server/scenario/"
-  timeless = core " idl/common/ client_lib/kinematics/ client_lib/controller/ client_lib/render/ client_lib/recording/ config/"
+  timeless = core " idl/common/ client_lib/kinematics/ client_lib/controller/ client_lib/render/ client_lib/recording/ " \
+             "client_lib/gateway/rtde/ client_lib/gateway/urscript/ client_lib/gateway/rsi/ client_lib/gateway/egm/ config/"
   clocks_and_threads = " chrono ctime time.h sys/time.h thread mutex shared_mutex condition_variable future semaphore " \
                        "latch barrier stop_token pthread.h "
 
@@ -97,7 +107,7 @@ BEGIN {
   library("V-HACD", "VHACD.h", "server/geometry/", "server/", 1)
   library("FCL", "fcl/", "server/geometry/ tests/", "server/", 1)
   library("SUNDIALS", "cvode/ arkode/ ida/ sundials/ sunlinsol/ sunmatrix/ sunnonlinsol/ nvector/", "server/simulation/", "server/", 1)
-  library("tinyxml2", "tinyxml2.h", "server/scenario/", "server/", 1)
+  library("tinyxml2", "tinyxml2.h", "server/scenario/ client_lib/gateway/rsi/", "server/", 1)
   library("utf8cpp", "utf8cpp/", "idl/common/", "", 0)
   library("yaml-cpp", "yaml-cpp/", "server/fields/ server/scenario/ client_lib/recording/ tests/", "", 0)
   library("Lua", "lua.h lua.hpp lauxlib.h lualib.h", "client_lib/controller/ tests/", "", 0)
@@ -106,8 +116,9 @@ BEGIN {
   library("pybind11", "pybind11/", "client_lib/python/", "", 0)
   library("zstd", "zstd.h", "client_lib/recording/", "", 0)
   library("lz4", "lz4.h lz4frame.h", "client_lib/recording/", "", 0)
-  library("Boost", "boost/", "client_lib/view/", "", 0)
+  library("Boost", "boost/", "client_lib/view/ client_lib/gateway/event_loop.cpp", "", 0)
   library("prometheus-cpp", "prometheus/", "client_lib/view/", "", 0)
+  library("protobuf", "google/protobuf/ egm.pb.h", "client_lib/gateway/egm/", "client_lib/", 1)
   library("KDL", "kdl/", "tests/", "", 0)
 }
 

@@ -4,14 +4,14 @@ set -euo pipefail
 build=$1
 place=$(mktemp -d)
 trap 'rm -rf "$place"' EXIT
-for program in takt takt-server takt-run takt-controller; do
+for program in takt takt-server takt-run takt-controller takt-ur takt-rsi takt-egm; do
   [[ -x $build/bin/$program ]] || { echo "skipped: $program was not built"; exit 77; }
 done
 for library in client_lib/libtakt_client.a python/takt; do
   [[ -e $build/$library ]] || { echo "skipped: $library was not built"; exit 77; }
 done
 cmake --install "$build" --prefix "$place/usr" >"$place/log" || { cat "$place/log"; exit 1; }
-for program in takt takt-server takt-run takt-controller; do
+for program in takt takt-server takt-run takt-controller takt-ur takt-rsi takt-egm; do
   [[ $("$place/usr/bin/$program" --version) =~ ^$program\ [0-9]+\.[0-9]+\.[0-9]+\ \(.*\;\ .*,\ GNU\ [0-9.]+,\ .*\)$ ]]
   [[ ! -e $build/share/man/man1/$program.1 ]] || grep -q "^\.TH" "$place/usr/share/man/man1/$program.1"
 done

@@ -33,9 +33,9 @@ _takt() {
   mapfile -t COMPREPLY < <(compgen -W "$words" -- "$2")
   [[ -n $words ]] || { compopt -o filenames; mapfile -t COMPREPLY < <(compgen -f -- "$2"); }
 }
-complete -F _takt takt takt-server takt-controller takt-run
+complete -F _takt takt takt-server takt-controller takt-run takt-ur
 )script"},
-    {"zsh", R"script(#compdef takt takt-server takt-controller takt-run
+    {"zsh", R"script(#compdef takt takt-server takt-controller takt-run takt-ur
 # zsh completion of takt, made by: takt completion zsh
 _takt() {
   local word; local -a chain words_there options
@@ -48,7 +48,7 @@ _takt() {
   elif (( $#words_there )); then _describe word words_there
   else _files; fi
 }
-if [[ $funcstack[1] == _takt ]]; then _takt "$@"; else compdef _takt takt takt-server takt-controller takt-run; fi
+if [[ $funcstack[1] == _takt ]]; then _takt "$@"; else compdef _takt takt takt-server takt-controller takt-run takt-ur; fi
 )script"},
     {"fish", R"script(# fish completion of takt, made by: takt completion fish
 function __takt_words
@@ -70,7 +70,7 @@ function __takt_words
     or __fish_complete_path (commandline -ct)
   end
 end
-for program in takt takt-server takt-controller takt-run
+for program in takt takt-server takt-controller takt-run takt-ur
   complete -c $program -f -a '(__takt_words)'
 end
 )script"}};

@@ -1,0 +1,68 @@
+#pragma once
+// A gateway's link to the cell: client, newest state, command sender, registration as a controller, and the supervision
+// of the cell's speed. A gateway in lockstep uses LockstepController in place of this class.
+//
+// Registered, the gateway stands in the events of the cell, its commands are in the command log, and the set-points
+// last for its period. At the pace lockstep the cell waits for registered controllers; a protocol without lockstep
+// cannot answer, so that this pace is refused with a sentence.
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "client_lib/client.h"
+#include "client_lib/gateway/command_sender.h"
+#include "client_lib/gateway/latest_state.h"
+
+namespace takt::gateway {
+
+/// A line for the operator, with the gateway's name: standard output, flushed.
+void report(const std::string& gateway, const std::string& sentence);
+
+struct CellLinkOptions {
+  std::string name;         ///< of the controller in events and status
+  double period_s = 0.002;  ///< of the protocol's cycle
+  /// Largest wall time between two instants (99 %) at which the protocol works.
+  double most_interval_s = 0.02;
+  bool needs_wall_time = true;  ///< the protocol's clock is wall time
+};
+
+class CellLink {
+ public:
+  /// `client` outlives this. Throws ClientError.
+  CellLink(Client& client, CellLinkOptions options, const std::vector<std::string>& targets);
+  /// Unregisters.
+  ~CellLink();
+  CellLink(const CellLink&) = delete;
+  CellLink& operator=(const CellLink&) = delete;
+
+  std::shared_ptr<const CellInfo> cell() const { return info_; }
+  std::shared_ptr<const State> state() const { return states_.get(); }
+  CommandSender& sender() { return sender_; }
+  /// Of the set-points: at least one step of the cell.
+  double period_s() const { return options_.period_s; }
+
+  /// Called about once a second from any thread, which it holds for the time of a status at most: compares the cell's
+  /// speed with the protocol's limits and reports changes. True while the robot can follow: the cell plays.
+  bool supervise();
+  /// The newest result of supervise().
+  bool plays() const { return plays_; }
+  /// Why the cell cannot keep the protocol's limits; empty if it does.
+  const std::string& shortfall() const { return shortfall_; }
+  /// "1234 commands sent, 2 replaced by newer ones; instants every 1.0 ms (99 %: 1.4 ms)."
+  std::string figures() const;
+
+ private:
+  Client& client_;
+  CellLinkOptions options_;
+  std::shared_ptr<const CellInfo> info_;
+  LatestState states_;
+  CommandSender sender_;
+  std::vector<std::string> targets_;
+  std::atomic<bool> plays_ = false;
+  std::string shortfall_;
+  std::uint64_t failures_ = 0;
+  int playing_calls_ = 0;  ///< of supervise(), in a row
+};
+
+}  // namespace takt::gateway

@@ -1,0 +1,94 @@
+#include "client_lib/gateway/command_sender.h"
+
+namespace takt::gateway {
+
+CommandSender::CommandSender(Client& client) : client_(client), thread_([this] { run(); }) {}
+
+CommandSender::~CommandSender() {
+  {
+    const std::lock_guard lock(mutex_);
+    over_ = true;
+  }
+  given_.notify_one();
+  thread_.join();
+}
+
+void CommandSender::move(const std::string& robot, std::vector<double> positions,
+                         std::vector<double> velocities) {
+  give(robot, Joints{std::move(positions), std::move(velocities)});
+}
+
+void CommandSender::stop(const std::string& robot) {
+  give(robot, Stop{});
+}
+
+void CommandSender::grip(const std::string& gripper, GripperAction action, double width_m,
+                         double max_force_N) {
+  give(gripper, Grip{action, width_m, max_force_N});
+}
+
+void CommandSender::set_signals(const std::string& device, const std::map<std::string, double>& signals) {
+  give(device, signals);
+}
+
+void CommandSender::give(const std::string& target, Command command) {
+  {
+    const std::lock_guard lock(mutex_);
+    ++counters_.given;
+    const auto [place, fresh] = pending_.try_emplace(target);
+    auto* waiting = std::get_if<Signals>(&place->second);
+    auto* further = std::get_if<Signals>(&command);
+    if (!fresh) ++counters_.replaced;
+    if (!fresh && waiting != nullptr && further != nullptr) {
+      for (const auto& [name, value] : *further) waiting->insert_or_assign(name, value);
+    } else {
+      place->second = std::move(command);
+    }
+  }
+  given_.notify_one();
+}
+
+CommandSender::Counters CommandSender::counters() const {
+  const std::lock_guard lock(mutex_);
+  return counters_;
+}
+
+void CommandSender::run() {
+  for (;;) {
+    std::map<std::string, Command> commands;
+    {
+      std::unique_lock lock(mutex_);
+      given_.wait(lock, [this] { return over_ || !pending_.empty(); });
+      if (pending_.empty()) return;  // what was given before the end is sent
+      commands.swap(pending_);
+    }
+    try {
+      send(commands);
+      const std::lock_guard lock(mutex_);
+      counters_.sent += commands.size();
+    } catch (const ClientError& error) {
+      const std::lock_guard lock(mutex_);
+      counters_.failed += commands.size();
+      counters_.failure = error.what();
+    }
+  }
+}
+
+void CommandSender::send(const std::map<std::string, Command>& commands) {
+  // A trajectory has a topic of its own and cannot share the sample.
+  for (const auto& [target, command] : commands)
+    if (std::holds_alternative<Stop>(command)) client_.send_trajectory(target, {});
+  client_.send_together([&] {
+    for (const auto& [target, command] : commands) {
+      if (const auto* joints = std::get_if<Joints>(&command)) {
+        client_.send_joint_command(target, joints->positions, joints->velocities);
+      } else if (const auto* grip = std::get_if<Grip>(&command)) {
+        client_.set_gripper(target, grip->action, grip->width_m, grip->max_force_N);
+      } else if (const auto* signals = std::get_if<Signals>(&command)) {
+        client_.set_signals(target, *signals);
+      }
+    }
+  });
+}
+
+}  // namespace takt::gateway

@@ -1,0 +1,68 @@
+#pragma once
+// Sends the commands of a protocol to the cell from a thread of its own, so that the protocol's thread never waits for
+// DDS. Of several commands for one target the newest is sent.
+#include <condition_variable>
+#include <cstdint>
+#include <map>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <variant>
+#include <vector>
+
+#include "client_lib/client.h"
+
+namespace takt::gateway {
+
+class CommandSender {
+ public:
+  struct Counters {
+    std::uint64_t given = 0;     ///< commands that the protocol has given
+    std::uint64_t sent = 0;      ///< commands that were sent
+    std::uint64_t replaced = 0;  ///< by a newer one before they were sent: the sender was late
+    std::uint64_t failed = 0;    ///< refused by the client or DDS
+    std::string failure{};       ///< the sentence of the newest failure
+  };
+
+  /// `client` outlives this.
+  explicit CommandSender(Client& client);
+  ~CommandSender();
+  CommandSender(const CommandSender&) = delete;
+  CommandSender& operator=(const CommandSender&) = delete;
+
+  /// As Client::send_joint_command. Any thread, as all functions here; none waits.
+  void move(const std::string& robot, std::vector<double> positions, std::vector<double> velocities = {});
+  /// The robot stops and stays, by its own braking.
+  void stop(const std::string& robot);
+  /// As Client::set_gripper.
+  void grip(const std::string& gripper, GripperAction action, double width_m = 0.0, double max_force_N = 0.0);
+  /// As Client::set_signals. Signals of one device that wait are merged.
+  void set_signals(const std::string& device, const std::map<std::string, double>& signals);
+
+  Counters counters() const;
+
+ private:
+  struct Joints {
+    std::vector<double> positions, velocities;
+  };
+  struct Stop {};
+  struct Grip {
+    GripperAction action = GripperAction::close;
+    double width_m = 0.0, max_force_N = 0.0;
+  };
+  using Signals = std::map<std::string, double>;
+  using Command = std::variant<Joints, Stop, Grip, Signals>;
+  void give(const std::string& target, Command command);
+  void run();
+  void send(const std::map<std::string, Command>& commands);
+
+  Client& client_;
+  mutable std::mutex mutex_;
+  std::condition_variable given_;
+  std::map<std::string, Command> pending_;
+  Counters counters_;
+  bool over_ = false;
+  std::thread thread_;
+};
+
+}  // namespace takt::gateway

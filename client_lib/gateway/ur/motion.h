@@ -1,0 +1,130 @@
+#pragma once
+// The motion of a robot under its controller: what URScript's servoj, speedj, speedl, movej, movel, movec, splines and
+// stopj do, cycle by cycle. Pure: no clock, no transport.
+//
+// Joint positions are those of the protocol. The motion is that of the controller's target; the robot of the cell follows
+// it one command period later. A path is a function of its own time, which passes with the speed scaling.
+#include <array>
+#include <optional>
+#include <string>
+#include <variant>
+
+#include "client_lib/kinematics/inverse_kinematics.h"
+#include "client_lib/kinematics/motion_profile.h"
+
+namespace takt::ur {
+
+using Vector6 = std::array<double, 6>;
+
+/// Pose of x, y, z (m) and rotation vector (rad), as the protocol writes it; and back.
+Pose pose_of(const Vector6& values);
+Vector6 vector_of(const Pose& X);
+
+/// Accelerations and speeds of a motion; 0: the default of URScript's functions.
+struct MoveOptions {
+  double acceleration = 0.0;  ///< rad/s^2 of the joint with the longest way; m/s^2 of the tool
+  double speed = 0.0;         ///< rad/s; m/s
+  double duration_s = 0.0;    ///< 0: as acceleration and speed allow
+};
+
+/// A spline of one segment: cubic or quintic (coefficients in ascending order).
+struct Spline {
+  std::array<Vector6, 6> coefficients{};
+  double duration_s = 0.0;
+  bool last = false;  ///< of its trajectory: it ends at rest
+};
+
+class Motion {
+ public:
+  /// `arm`: six revolute joints, outlives this. `cycle_s` of the controller.
+  Motion(const ArmModel& arm, double cycle_s);
+
+  /// At rest at `q`; everything else is forgotten.
+  void reset(const Vector6& q);
+  void set_tool(const Pose& X_FT) { X_FT_ = X_FT; }
+  const Pose& tool() const { return X_FT_; }
+
+  const Vector6& position() const { return q_; }
+  const Vector6& velocity() const { return qd_; }
+  const Vector6& acceleration() const { return qdd_; }
+  /// TCP in the robot's base.
+  Pose tool_pose(const Vector6& q) const;
+  /// Twist of the TCP at joint speeds, in the axes of the robot's base: linear, angular.
+  Vector6 tool_speed(const Vector6& q, const Vector6& qd) const;
+  /// Joint positions near `near` that put the TCP there; nothing where there are none.
+  std::optional<Vector6> inverse_kinematics(const Pose& X_RT, const Vector6& near) const;
+  bool within_limits(const Vector6& q) const;
+
+  bool at_rest() const;
+  /// A path is being followed.
+  bool follows() const { return !std::holds_alternative<std::monostate>(path_); }
+  /// Seconds of the present spline, as external control programs write them to a register; 0 without one.
+  double spline_time_s() const;
+
+  /// Decelerates all joints together and stays. rad/s^2.
+  void stop(double deceleration = 4.0);
+  /// servoj: a set-point for the next cycle. A cycle without one continues at the present speed.
+  void servo(const Vector6& q);
+  /// Enters servo control: the set-point is the present position.
+  void begin_servo();
+  /// The last set-point of servo control.
+  const Vector6& servo_set_point() const { return servo_q_; }
+  /// speedj, rad/s; speedl, twist of the TCP in the base's axes.
+  void speed(const Vector6& qd);
+  void tool_speed_command(const Vector6& twist);
+  /// Straight in joint space.
+  void move_joints(const Vector6& to, const MoveOptions& options);
+  /// Straight line of the TCP with a turn about one axis. False where its end is out of reach.
+  bool move_line(const Pose& X_RT, const MoveOptions& options);
+  /// Arc through `via` to the end; the orientation turns from start to end. False where an end is out of reach or the
+  /// three points are on one line.
+  bool move_arc(const Pose& X_RT_via, const Pose& X_RT, const MoveOptions& options);
+  void run_spline(const Spline& spline);
+
+  /// One cycle. False where the path has no solution there (out of reach, singular): the robot stops.
+  bool advance(double speed_scaling);
+
+ private:
+  struct JointLine {
+    Vector6 from, to;
+    MotionProfile profile;
+    double t = 0.0;
+  };
+  struct ToolPath {
+    Pose start;          ///< X_RT
+    Vec3 turn;           ///< rotation vector from start to end, in R
+    Vec3 to;             ///< end of a line
+    Vec3 center, axis;   ///< of an arc
+    double angle = 0.0;  ///< of an arc; 0: a line
+    MotionProfile profile;
+    double t = 0.0;
+    Pose at(double s) const;
+  };
+  struct SplineRun {
+    Spline spline;
+    double traveled_s = 0.0, factor = 1.0, slowing_s = 0.0;
+    bool slowing = false;
+  };
+  enum class Mode : std::uint8_t { stop, servo, speed, tool_speed, path };
+
+  /// To the position `q` within this cycle.
+  void go_to(const Vector6& q, const Vector6* qd = nullptr);
+  void ramp_to(const Vector6& qd, double acceleration);
+  bool advance_path(double speed_scaling);
+  bool advance_tool_path(ToolPath& path, double dt);
+  bool advance_spline(SplineRun& run, double speed_scaling);
+  bool start_tool_path(ToolPath path, double length_m, double angle_rad, const MoveOptions& options);
+  JointArray joints(const Vector6& q) const;
+
+  const ArmModel& arm_;
+  const double cycle_s_;
+  Pose X_FT_;
+  Vector6 q_{}, qd_{}, qdd_{};
+  Mode mode_ = Mode::stop;
+  double deceleration_ = 4.0;
+  Vector6 servo_q_{}, commanded_speed_{};
+  bool servo_fresh_ = false, servo_begun_ = false;
+  std::variant<std::monostate, JointLine, ToolPath, SplineRun> path_;
+};
+
+}  // namespace takt::ur

@@ -1,0 +1,575 @@
+#include "client_lib/tools/takt_ur/external_program.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace takt::ur {
+namespace {
+
+using rtde::ControlMode;
+using rtde::PointType;
+using rtde::TrajectoryAction;
+using rtde::TrajectoryResult;
+
+constexpr int kAttempts = 5;
+constexpr std::chrono::milliseconds kPause{200};
+constexpr double kStopDeceleration = 4.0;
+/// Motion commands that need more than this are ignored, rad/s.
+constexpr double kIgnoreSpeed = 20.0;
+constexpr double kPointTimeout_s = 0.5;
+constexpr double kQuiet_s = 0.05;
+constexpr std::int64_t kStreaming = 2147483647;
+constexpr std::int32_t kContactFound = 0, kContactCanceled = 1;
+
+std::uint64_t cycles(double seconds) {
+  return static_cast<std::uint64_t>(std::ceil(seconds / UrController::kCycle_s - 1e-9));
+}
+
+}  // namespace
+
+ExternalProgram::ExternalProgram(UrController& controller, const urscript::Program& program)
+    : RunningProgram(program.name),
+      controller_(controller),
+      external_(*program.external),
+      rest_(controller, program) {
+  connect();
+}
+
+ExternalProgram::~ExternalProgram() {
+  *alive_ = false;
+  close_sockets();
+}
+
+void ExternalProgram::close_sockets() {
+  for (Socket* socket : {&reverse_socket_, &trajectory_socket_, &command_socket_}) {
+    if (*socket) (*socket)->finish();
+    socket->reset();
+  }
+}
+
+void ExternalProgram::connect() {
+  const auto open = [this](const urscript::ExternalControl::Place& place, Socket& socket, const char* name) {
+    controller_.loop().connect(place.host, place.port, kAttempts, kPause,
+                               [this, alive = alive_, &socket, name](Socket connection) {
+                                 if (*alive) connected(socket, std::move(connection), name);
+                               });
+  };
+  if (!trajectory_socket_)
+    open(external_.trajectory, trajectory_socket_, "trajectory");
+  else if (!command_socket_)
+    open(external_.script_command, command_socket_, "script command");
+  else if (!reverse_socket_)
+    open(external_.reverse, reverse_socket_, "reverse");
+  else
+    listen();
+}
+
+void ExternalProgram::connected(Socket& socket, Socket connection, const char* name) {
+  if (!connection) {
+    exit_by(std::string("The ") + name + " socket of the driver at " + external_.reverse.host +
+            " cannot be reached; the driver must run, and its ports must be open.");
+    return;
+  }
+  socket = std::move(connection);
+  connect();
+}
+
+void ExternalProgram::listen() {
+  phase_ = Phase::controlled;
+  reverse_socket_->start(
+      {[this](std::string_view bytes) { reverse_.add(bytes); }, [this] { reverse_closed_ = true; }});
+  trajectory_socket_->start({[this](std::string_view bytes) { points_.add(bytes); }, {}});
+  command_socket_->start({[this](std::string_view bytes) { commands_.add(bytes); }, {}});
+}
+
+void ExternalProgram::exit_by(const std::string& why) {
+  controller_.text(why);
+  controller_.motion().stop(kStopDeceleration);
+  phase_ = Phase::ended;
+}
+
+void ExternalProgram::unsupported(const std::string& what) {
+  throw urscript::ScriptError(1, 1, what + " is not supported by takt");
+}
+
+bool ExternalProgram::advance() {
+  switch (phase_) {
+    case Phase::connecting:
+      return true;
+    case Phase::ended:
+      return !controller_.motion().at_rest();
+    case Phase::stopping:
+      if (!controller_.motion().at_rest()) return true;
+      close_sockets();
+      phase_ = Phase::following;
+      [[fallthrough]];
+    case Phase::following:
+      return rest_.advance();
+    case Phase::controlled:
+      break;
+  }
+  while (const auto command = commands_.next()) script_command(rtde::script_command(*command));
+  bool received = false;
+  while (phase_ == Phase::controlled && !cleaning_) {
+    const auto bytes = reverse_.next();
+    if (!bytes) break;
+    received = true;
+    handle(rtde::reverse_message(*bytes));
+  }
+  if (phase_ != Phase::controlled) return true;
+  if (cleaning_ && !clean_up()) return true;
+  if (!received && (reverse_closed_ || (deadline_cycle_ != 0 && controller_.cycle() >= deadline_cycle_))) {
+    exit_by(reverse_closed_
+                ? "The driver has closed the reverse socket. The program exits."
+                : "Socket timed out waiting for command on reverse_socket. The script will exit now.");
+    close_sockets();
+    return true;
+  }
+  if (runs_) advance_trajectory();
+  if (watches_contact_) watch_tool_contact();
+  if (external_.writes_spline_time && controller_.motion().follows())
+    controller_.write_output_double(1, controller_.motion().spline_time_s());
+  return true;
+}
+
+void ExternalProgram::handle(const rtde::ReverseMessage& message) {
+  deadline_cycle_ = message.timeout_ms > 0 ? controller_.cycle() + 1 + cycles(1e-3 * message.timeout_ms) : 0;
+  if (message.mode != mode_) change_mode(message.mode);
+  if (phase_ != Phase::controlled || cleaning_) return;
+  Motion& motion = controller_.motion();
+  switch (mode_) {
+    case ControlMode::servoj:
+      servo_set_point(message.values);
+      break;
+    case ControlMode::speedj:
+      motion.speed(message.values);
+      break;
+    case ControlMode::speedl:
+      motion.tool_speed_command(controller_.turned(message.values, false));
+      break;
+    case ControlMode::pose: {
+      const auto q =
+          motion.inverse_kinematics(controller_.from_base(pose_of(message.values)), motion.servo_set_point());
+      if (!q) throw urscript::ScriptError(1, 1, "getInverseKin: unable to find solution!");
+      servo_set_point(*q);
+      break;
+    }
+    case ControlMode::forward:
+      trajectory_action(message);
+      break;
+    default:
+      break;
+  }
+}
+
+void ExternalProgram::change_mode(ControlMode mode) {
+  Motion& motion = controller_.motion();
+  // A tool in contact stays until the driver ends the detection.
+  if (mode_ == ControlMode::tool_in_contact && watches_contact_) return;
+  const bool discards = mode_ == ControlMode::forward && runs_ && points_left_ > 0;
+  if (mode_ == ControlMode::forward) runs_ = false;
+  mode_ = mode;
+  motion.stop(kStopDeceleration);
+  if (discards) begin_cleanup(AfterCleanup::answer_cancel);
+  switch (mode) {
+    case ControlMode::servoj:
+    case ControlMode::pose:
+      motion.begin_servo();
+      break;
+    case ControlMode::stopped:
+      controller_.text("ExternalControl: Stopping communication and control");
+      phase_ = Phase::stopping;
+      break;
+    case ControlMode::freedrive:
+      controller_.text("Freedrive: no hand guides the robot; it stands.");
+      break;
+    case ControlMode::torque:
+      unsupported("Torque control");
+      break;
+    default:
+      break;
+  }
+}
+
+bool ExternalProgram::servo_set_point(const Vector6& q) {
+  Motion& motion = controller_.motion();
+  const auto near = [&](const Vector6& from) {
+    for (std::size_t i = 0; i < q.size(); ++i)
+      if (std::abs(q.at(i) - from.at(i)) > kIgnoreSpeed * UrController::kCycle_s) return false;
+    return true;
+  };
+  if (near(motion.servo_set_point()) || near(motion.position())) {
+    if (ignores_commands_) controller_.text("Received valid command. Resuming execution.");
+    ignores_commands_ = false;
+    motion.servo(q);
+    return true;
+  }
+  if (!ignores_commands_)
+    controller_.text("A command needs more than 20 rad/s. Commands are ignored until a valid one comes.");
+  ignores_commands_ = true;
+  return false;
+}
+
+// --- trajectories ---
+
+void ExternalProgram::trajectory_action(const rtde::ReverseMessage& message) {
+  switch (static_cast<TrajectoryAction>(message.raw[0])) {
+    case TrajectoryAction::start:
+    case TrajectoryAction::stream_start:
+      announced_ = message.raw[1];
+      stream_announced_ = static_cast<TrajectoryAction>(message.raw[0]) == TrajectoryAction::stream_start;
+      begin_cleanup(AfterCleanup::start);
+      break;
+    case TrajectoryAction::stream_end:
+      if (!streaming_) break;
+      points_left_ = message.raw[1] - (kStreaming - points_left_);
+      streaming_ = false;
+      break;
+    case TrajectoryAction::cancel:
+      if (streaming_) points_left_ = message.raw[1] - (kStreaming - points_left_);
+      streaming_ = false;
+      begin_cleanup(AfterCleanup::answer_cancel);
+      break;
+    case TrajectoryAction::noop:
+      break;
+  }
+}
+
+void ExternalProgram::begin_cleanup(AfterCleanup then) {
+  runs_ = finishing_ = false;
+  cleaning_ = true;
+  cleaning_since_ = controller_.cycle();
+  after_cleanup_ = then;
+  if (then != AfterCleanup::start || points_left_ > 0) controller_.motion().stop(kStopDeceleration);
+  clean_up();
+}
+
+bool ExternalProgram::clean_up() {
+  while (points_left_ > 0) {
+    if (points_.next()) {
+      --points_left_;
+      cleaning_since_ = controller_.cycle();
+    } else if (controller_.cycle() > cleaning_since_ + cycles(kPointTimeout_s)) {
+      points_left_ = 0;
+    } else {
+      return false;
+    }
+  }
+  if (!controller_.motion().at_rest()) return false;
+  cleaning_ = false;
+  if (after_cleanup_ == AfterCleanup::answer_cancel) {
+    if (external_.answers_cancel) answer_trajectory(TrajectoryResult::canceled);
+  } else if (after_cleanup_ == AfterCleanup::start) {
+    start_trajectory();
+  }
+  return true;
+}
+
+void ExternalProgram::start_trajectory() {
+  runs_ = first_point_ = true;
+  finishing_ = moving_ = false;
+  streaming_ = was_streaming_ = stream_announced_;
+  points_left_ = streaming_ ? kStreaming : announced_;
+  result_ = TrajectoryResult::success;
+  waiting_since_ = controller_.cycle();
+  spline_qd_ = spline_qdd_ = {};
+}
+
+void ExternalProgram::advance_trajectory() {
+  Motion& motion = controller_.motion();
+  if (motion.follows()) {
+    waiting_since_ = controller_.cycle();
+    return;
+  }
+  if (finishing_) {
+    if (!motion.at_rest()) return;
+    runs_ = finishing_ = false;
+    answer_trajectory(result_);
+    return;
+  }
+  if (points_left_ <= 0) {
+    finish_trajectory(result_);
+    return;
+  }
+  if (const auto bytes = points_.next()) {
+    --points_left_;
+    waiting_since_ = controller_.cycle();
+    take_point(rtde::trajectory_point(*bytes), points_left_ == 0);
+    first_point_ = false;
+    if (result_ != TrajectoryResult::success) finish_trajectory(result_);
+    return;
+  }
+  if (controller_.cycle() <= waiting_since_ + cycles(moving_ ? UrController::kCycle_s : kPointTimeout_s))
+    return;
+  --points_left_;
+  const bool drained = was_streaming_ && !streaming_ && points_left_ < 0;
+  if (was_streaming_) points_left_ = 0;  // no more points are announced
+  if (!drained) controller_.text("Receiving trajectory point failed!");
+  finish_trajectory(drained ? TrajectoryResult::success : TrajectoryResult::failure);
+}
+
+void ExternalProgram::finish_trajectory(TrajectoryResult result) {
+  result_ = result;
+  finishing_ = true;
+  controller_.motion().stop(kStopDeceleration);
+}
+
+void ExternalProgram::answer_trajectory(TrajectoryResult result) {
+  if (trajectory_socket_) trajectory_socket_->send(rtde::int32_bytes(static_cast<std::int32_t>(result)));
+}
+
+bool ExternalProgram::joints_or_pose(const Vector6& values, bool is_pose, Vector6& q) const {
+  if (!is_pose) {
+    q = values;
+    return true;
+  }
+  const Motion& motion = controller_.motion();
+  const auto found = motion.inverse_kinematics(controller_.from_base(pose_of(values)), motion.position());
+  if (found) q = *found;
+  return found.has_value();
+}
+
+void ExternalProgram::take_point(const rtde::TrajectoryPoint& point, bool last) {
+  Motion& motion = controller_.motion();
+  const MoveOptions options{point.third[0], point.third[1], point.time_s};
+  const auto no_duration = [&] {
+    MoveOptions fast = options;
+    fast.duration_s = 0.0;
+    return fast;
+  };
+  if (point.type == PointType::spline) {
+    take_spline(point, last);
+    return;
+  }
+  moving_ = false;
+  spline_qd_ = spline_qdd_ = {};
+  const bool target_is_pose = point.type == PointType::movel || point.type == PointType::movep ||
+                              point.type == PointType::movec || point.type == PointType::movec_pose_joint ||
+                              point.type == PointType::optimovel || point.type == PointType::movej_pose ||
+                              point.type == PointType::optimovej_pose;
+  switch (point.type) {
+    case PointType::movej:
+    case PointType::movej_pose:
+    case PointType::optimovej:
+    case PointType::optimovej_pose: {
+      Vector6 q{};
+      const bool near_given = target_is_pose && point.third[2] != 0.0;
+      if (near_given) {
+        const auto found =
+            motion.inverse_kinematics(controller_.from_base(pose_of(point.target)), point.second);
+        if (!found) throw urscript::ScriptError(1, 1, "getInverseKin: unable to find solution!");
+        q = *found;
+      } else if (!joints_or_pose(point.target, target_is_pose, q)) {
+        throw urscript::ScriptError(1, 1, "getInverseKin: unable to find solution!");
+      }
+      if (!motion.within_limits(q))
+        throw urscript::ScriptError(1, 1, "movej: the target is outside of the joints' ranges");
+      if (point.type == PointType::optimovej || point.type == PointType::optimovej_pose) {
+        // Fractions of what the robot can do.
+        MoveOptions fractions;
+        fractions.acceleration = std::max(0.05, options.acceleration) * 15.0;
+        fractions.speed = std::max(0.05, options.speed) * 3.0;
+        motion.move_joints(q, fractions);
+      } else {
+        motion.move_joints(q, options);
+      }
+      return;
+    }
+    case PointType::movel:
+    case PointType::movel_joint:
+    case PointType::movep:
+    case PointType::movep_joint:
+    case PointType::optimovel:
+    case PointType::optimovel_joint: {
+      const Pose X_RT =
+          target_is_pose ? controller_.from_base(pose_of(point.target)) : motion.tool_pose(point.target);
+      MoveOptions tool =
+          point.type == PointType::movel || point.type == PointType::movel_joint ? options : no_duration();
+      if (motion.move_line(X_RT, tool)) return;
+      break;
+    }
+    case PointType::movec:
+    case PointType::movec_joint:
+    case PointType::movec_joint_pose:
+    case PointType::movec_pose_joint: {
+      const bool via_is_pose = point.type == PointType::movec || point.type == PointType::movec_joint_pose;
+      const Pose via =
+          via_is_pose ? controller_.from_base(pose_of(point.second)) : motion.tool_pose(point.second);
+      const Pose to =
+          target_is_pose ? controller_.from_base(pose_of(point.target)) : motion.tool_pose(point.target);
+      if (motion.move_arc(via, to, no_duration())) return;
+      break;
+    }
+    default:
+      controller_.text("Trajectory points of type " + std::to_string(static_cast<int>(point.type)) +
+                       " are not supported by takt.");
+      result_ = TrajectoryResult::failure;
+      return;
+  }
+  controller_.protective_stop("the target is out of reach");
+  controller_.error_code(204, rtde::ReportLevel::violation,
+                         "Path sanity check failed: the target is out of reach.");
+}
+
+void ExternalProgram::take_spline(const rtde::TrajectoryPoint& point, bool last) {
+  Motion& motion = controller_.motion();
+  const Vector6& from = motion.position();
+  const double T = point.time_s;
+  if (point.spline_type != 1 && point.spline_type != 2) {
+    controller_.text("Unknown spline type given: " + std::to_string(point.spline_type));
+    result_ = TrajectoryResult::failure;
+    return;
+  }
+  if (T <= 0.0) {
+    double distance = 0.0;
+    for (std::size_t i = 0; i < from.size(); ++i) distance += std::pow(point.target.at(i) - from.at(i), 2);
+    moving_ = false;
+    if (first_point_ && T == 0.0 && std::sqrt(distance) < 0.01) {
+      if (external_.writes_spline_time) controller_.write_output_double(1, 0.0);
+      return;
+    }
+    controller_.text(
+        "Spline time shouldn't be zero as it would require infinite velocity to reach the target. Canceling "
+        "motion.");
+    result_ = TrajectoryResult::canceled;
+    return;
+  }
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    if (std::abs(point.target.at(i) - from.at(i)) / T <= kIgnoreSpeed) continue;
+    controller_.text("A spline needs more than 20 rad/s. The trajectory is cancelled.");
+    result_ = TrajectoryResult::canceled;
+    return;
+  }
+  const bool quintic = point.spline_type == 2;
+  Spline spline;
+  spline.duration_s = T;
+  spline.last = last;
+  const double T2 = T * T, T3 = T2 * T, T4 = T3 * T, T5 = T4 * T;
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    const double q0 = from.at(i), q1 = point.target.at(i), v0 = spline_qd_.at(i), v1 = point.second.at(i);
+    const double a0 = spline_qdd_.at(i), a1 = point.third.at(i);
+    auto& c = spline.coefficients;
+    c[0].at(i) = q0;
+    c[1].at(i) = v0;
+    if (quintic) {
+      c[2].at(i) = 0.5 * a0;
+      c[3].at(i) = (20.0 * (q1 - q0) - 3.0 * a0 * T2 + a1 * T2 - 12.0 * v0 * T - 8.0 * v1 * T) / (2.0 * T3);
+      c[4].at(i) =
+          (30.0 * (q0 - q1) + 3.0 * a0 * T2 - 2.0 * a1 * T2 + 16.0 * v0 * T + 14.0 * v1 * T) / (2.0 * T4);
+      c[5].at(i) = (12.0 * (q1 - q0) - a0 * T2 + a1 * T2 - 6.0 * v0 * T - 6.0 * v1 * T) / (2.0 * T5);
+    } else {
+      c[2].at(i) = (3.0 * (q1 - q0) - 2.0 * v0 * T - v1 * T) / T2;
+      c[3].at(i) = (2.0 * (q0 - q1) + v0 * T + v1 * T) / T3;
+    }
+  }
+  motion.run_spline(spline);
+  moving_ = !last;
+  spline_qd_ = point.second;
+  spline_qdd_ = quintic ? point.third : Vector6{};
+}
+
+// --- script commands ---
+
+void ExternalProgram::script_command(const rtde::ScriptCommand& command) {
+  using Type = rtde::ScriptCommandType;
+  const auto& v = command.values;
+  switch (command.type) {
+    case Type::zero_ftsensor:
+      controller_.zero_force_sensor();
+      break;
+    case Type::set_payload:
+      controller_.set_payload({v[0], {v[1], v[2], v[3]}, {}});
+      break;
+    case Type::set_target_payload:
+      controller_.set_payload({v[0], {v[1], v[2], v[3]}, {v[4], v[5], v[6], v[7], v[8], v[9]}});
+      break;
+    case Type::set_gravity:
+      controller_.set_gravity({v[0], v[1], v[2]});
+      break;
+    case Type::set_tcp_offset:
+      controller_.set_tcp({v[0], v[1], v[2], v[3], v[4], v[5]});
+      break;
+    case Type::set_tool_voltage:
+      controller_.set_tool_voltage(static_cast<int>(std::lround(v[0])));
+      break;
+    case Type::start_tool_contact:
+      watches_contact_ = true;
+      break;
+    case Type::end_tool_contact:
+      if (mode_ != ControlMode::tool_in_contact && command_socket_)
+        command_socket_->send(rtde::int32_bytes(kContactCanceled));
+      watches_contact_ = false;
+      break;
+    case Type::start_force_mode:
+      unsupported("Force mode");
+      break;
+    case Type::end_force_mode:
+      break;
+    case Type::set_friction_compensation:
+    case Type::set_friction_scales:
+      unsupported("Friction compensation of torque control");
+      break;
+    case Type::ft_rtde_input_enable:
+      unsupported("A force sensor through RTDE");
+      break;
+  }
+}
+
+void ExternalProgram::watch_tool_contact() {
+  if (mode_ == ControlMode::tool_in_contact) return;
+  const Vector6& f = controller_.contact_force();
+  if (std::hypot(f[0], f[1], f[2]) < controller_.mapping().contact_force_N) return;
+  runs_ = finishing_ = false;
+  controller_.motion().stop(kStopDeceleration);
+  mode_ = ControlMode::tool_in_contact;
+  controller_.text("tool contact detected");
+  if (command_socket_) command_socket_->send(rtde::int32_bytes(kContactFound));
+  if (points_left_ > 0) begin_cleanup(AfterCleanup::nothing);
+}
+
+// --- programs that a driver serves ---
+
+RequestedProgram::RequestedProgram(UrController& controller, std::string name, const std::string& host,
+                                   std::uint16_t port)
+    : RunningProgram(std::move(name)),
+      controller_(controller),
+      deadline_cycle_(controller.cycle() + cycles(10.0)) {
+  controller.loop().connect(host, port, kAttempts, kPause, [this, alive = alive_](auto connection) {
+    if (!*alive) return;
+    failed_ = connection == nullptr;
+    if (failed_) return;
+    connection_ = std::move(connection);
+    connection_->start({[this](std::string_view bytes) {
+                          text_.append(bytes);
+                          newest_cycle_ = controller_.cycle();
+                          failed_ = text_.size() > urscript::ScriptStream::kMostBytes;
+                        },
+                        [this] { complete_ = true; }});
+    connection_->send("request_program\n");
+  });
+}
+
+RequestedProgram::~RequestedProgram() {
+  *alive_ = false;
+}
+
+bool RequestedProgram::advance() {
+  if (program_) return program_->advance();
+  if (failed_ || controller_.cycle() > deadline_cycle_) {
+    controller_.text("The driver that serves the program " + name() + " does not answer.");
+    return false;
+  }
+  // Drivers leave the connection open: the text ends where no further bytes come.
+  const bool whole = text_.find("# NODE_CONTROL_LOOP_ENDS") != std::string::npos &&
+                     controller_.cycle() > newest_cycle_ + cycles(kQuiet_s);
+  if (!complete_ && !whole) return true;
+  urscript::Program program = urscript::parse_program(text_);
+  program.name = name();
+  if (!program.external)
+    throw urscript::ScriptError(1, 1, "the driver's program has no sockets of external control");
+  connection_.reset();
+  program_ = std::make_unique<ExternalProgram>(controller_, program);
+  return true;
+}
+
+}  // namespace takt::ur

@@ -1,0 +1,78 @@
+// takt-ur: lets a robot of a takt cell look like one with a controller of Universal Robots, or follow such a controller.
+#include <takt_build_info.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+#include <string>
+
+#include "client_lib/tools/connection_options.h"
+#include "client_lib/tools/takt_ur/gateway_options.h"
+#include "idl/command_line/output.h"
+
+namespace {
+
+constexpr const char* kExamples = R"(
+Examples:
+  takt-ur --robot Robot1 --start                    drivers connect to 127.0.0.1
+  takt-ur config/gateways/ur_block.yaml             with gripper and signals at digital outputs and inputs
+  takt-ur follow --address 192.168.56.101 --robot Robot1    the robot follows URSim or a controller
+
+A driver needs the address of takt-ur in place of the robot's; its ports are fixed, so that each robot has an address of
+its own: 127.0.0.1, 127.0.0.2, ... docs/controllers.md lists what is supported.
+
+Exit codes: 0 ended by a signal, 1 the cell or the controller went away, 2 wrong usage.)";
+
+int run(int argc, char** argv) {
+  CLI::App app{
+      "Universal Robots' protocols for a robot of a takt cell: RTDE, primary interface, external control, "
+      "dashboard."};
+  app.footer(kExamples);
+  app.set_version_flag("--version", std::string("takt-ur ") + takt_build_info());
+  app.require_subcommand(0, 1);
+  takt::ur::GatewayRun options;
+  options.client.name = "takt-ur";
+  double timeout_s = 10.0;
+  const auto add = [&](CLI::App& one, const char* address) {
+    one.add_option("MAPPING", options.mapping_file, "mapping file (YAML); without it: the robot, no signals")
+        ->check(CLI::ExistingFile);
+    one.add_option("--robot", options.robot, "robot of the cell, without a mapping")->excludes("MAPPING");
+    one.add_option("--address", options.address, address);
+    one.add_flag("--start", options.start, "set the pace realtime, and the cell playing");
+    takt::tool::add_connection_options(one, options.client);
+    one.add_option("--timeout", timeout_s, "longest wait for the cell, s")
+        ->check(takt::command_line::positive())
+        ->capture_default_str();
+    one.add_option("--secure", options.client.secure_directory,
+                   "auto: identities of this user; or a directory with identity and permissions "
+                   "(environment: TAKT_SECURE)")
+        ->check(CLI::ExistingDirectory | CLI::IsMember({"auto", "auto:controller"}));
+  };
+  CLI::App* follow = app.add_subcommand("follow", "takt's robot follows a UR controller or its simulator");
+  add(app, "IP address to listen at, in place of the mapping's");
+  add(*follow, "host name or IP address of the controller");
+  follow->get_option("--address")->required();
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  }
+  options.client.timeout = takt::Seconds{timeout_s};
+  try {
+    return follow->parsed() ? takt::ur::run_follower(options) : takt::ur::run_controller(options);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "takt-ur: %s\n", error.what());
+    return 1;
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return takt::command_line::with_output_written("takt-ur", run(argc, argv));
+  } catch (const std::exception& error) {  // of the environment: see ClientOptions
+    std::fprintf(stderr, "takt-ur: %s\n", error.what());
+    return 2;
+  }
+}

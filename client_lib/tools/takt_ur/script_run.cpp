@@ -1,0 +1,251 @@
+#include "client_lib/tools/takt_ur/script_run.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+namespace takt::ur {
+namespace {
+
+using urscript::Call;
+using urscript::Literal;
+using Kind = urscript::Instruction::Kind;
+
+/// A loop without a call that waits yields after this many calls.
+constexpr int kMostCallsPerCycle = 100;
+constexpr std::array<std::string_view, 4> kMotions{"movej", "movel", "stopj", "stopl"};
+
+/// The argument at a position or of a name; nullptr: not given.
+const Literal* find(const Call& call, std::size_t position, const char* name) {
+  if (const auto named = call.named.find(name); named != call.named.end()) return &named->second;
+  return position < call.arguments.size() ? &call.arguments[position] : nullptr;
+}
+
+template <class Type>
+const Type* argument(const Call& call, std::size_t position, const char* name) {
+  const Literal* value = find(call, position, name);
+  return value == nullptr ? nullptr : std::get_if<Type>(value);
+}
+
+double number(const Call& call, std::size_t position, const char* name, double otherwise) {
+  const auto* value = argument<double>(call, position, name);
+  return value == nullptr ? otherwise : *value;
+}
+
+std::optional<Vector6> six(const std::vector<double>& values) {
+  if (values.size() != 6) return std::nullopt;
+  Vector6 result;
+  std::copy(values.begin(), values.end(), result.begin());
+  return result;
+}
+
+}  // namespace
+
+ScriptRun::ScriptRun(UrController& controller, const urscript::Program& program)
+    : RunningProgram(program.name), controller_(controller), instructions_(program.instructions) {}
+
+ScriptRun::~ScriptRun() {
+  *alive_ = false;
+  for (auto& [name, socket] : sockets_)
+    if (socket) socket->close();
+}
+
+bool ScriptRun::moves(const urscript::Program& program) {
+  return std::any_of(program.instructions.begin(), program.instructions.end(), [](const auto& instruction) {
+    return std::find(kMotions.begin(), kMotions.end(), instruction.call.function) != kMotions.end();
+  });
+}
+
+bool ScriptRun::advance() {
+  for (int calls = 0; calls < kMostCallsPerCycle; ++calls) {
+    if (next_ >= instructions_.size()) return false;
+    const urscript::Instruction& instruction = instructions_[next_];
+    switch (instruction.kind) {
+      case Kind::halt:
+        return false;
+      case Kind::loop_begin:
+        ++next_;
+        break;
+      case Kind::loop_end:
+        next_ = instruction.other;
+        break;
+      case Kind::call:
+        if (!execute(instruction.call)) return true;
+        ++next_;
+    }
+  }
+  return true;
+}
+
+void ScriptRun::fail(const Call& call, const std::string& text) {
+  throw urscript::ScriptError(call.line, call.column, text);
+}
+
+bool ScriptRun::execute(const Call& call) {
+  if (!begun_) {
+    waits_for_motion_ = false;
+    wake_cycle_ = 0;
+    if (begin(call)) return true;
+    begun_ = true;
+    return false;
+  }
+  Motion& motion = controller_.motion();
+  if (controller_.cycle() < wake_cycle_ || connecting_ ||
+      (waits_for_motion_ && (motion.follows() || !motion.at_rest())))
+    return false;
+  begun_ = false;
+  return true;
+}
+
+bool ScriptRun::begin(const Call& call) {
+  const std::string& f = call.function;
+  Motion& motion = controller_.motion();
+  if (f == "textmsg") {
+    std::string text;
+    for (std::size_t i = 0; i < call.arguments.size(); ++i)
+      if (const auto* part = argument<std::string>(call, i, "s1"))
+        text += *part;
+      else if (const auto* value = argument<double>(call, i, "s1"))
+        text += std::to_string(*value);
+      else if (const auto* flag = argument<bool>(call, i, "s1"))
+        text += *flag ? "True" : "False";
+    controller_.text(text);
+    return true;
+  }
+  if (f == "popup") {
+    const auto* text = argument<std::string>(call, 0, "s");
+    controller_.text(text == nullptr ? "" : *text);
+    return true;
+  }
+  if (f == "sleep" || f == "sync") {
+    const double seconds = f == "sync" ? UrController::kCycle_s : number(call, 0, "t", 0.0);
+    wake_cycle_ =
+        controller_.cycle() +
+        static_cast<std::uint64_t>(std::ceil(std::max(0.0, std::min(seconds, 1e6)) / UrController::kCycle_s));
+    return false;
+  }
+  if (f == "protective_stop") {
+    controller_.protective_stop("a program has asked for it");
+    return true;
+  }
+  if (f == "movej" || f == "movel") {
+    const auto* joints = argument<std::vector<double>>(call, 0, f == "movej" ? "q" : "pose");
+    const auto* pose = argument<urscript::PoseLiteral>(call, 0, f == "movej" ? "q" : "pose");
+    const auto target = joints != nullptr ? six(*joints) : pose != nullptr ? six(pose->values) : std::nullopt;
+    if (!target) fail(call, f + ": allowed: [q0, .., q5] or p[x, y, z, rx, ry, rz]");
+    const MoveOptions options{number(call, 1, "a", 0.0), number(call, 2, "v", 0.0),
+                              number(call, 3, "t", 0.0)};
+    waits_for_motion_ = true;
+    if (f == "movej") {
+      const auto q = joints != nullptr ? target
+                                       : motion.inverse_kinematics(controller_.from_base(pose_of(*target)),
+                                                                   motion.position());
+      if (!q) fail(call, "getInverseKin: unable to find solution!");
+      if (!motion.within_limits(*q)) fail(call, "movej: the target is outside of the joints' ranges");
+      motion.move_joints(*q, options);
+      return false;
+    }
+    const Pose X_RT = joints != nullptr ? motion.tool_pose(*target) : controller_.from_base(pose_of(*target));
+    if (!motion.move_line(X_RT, options)) {
+      controller_.protective_stop("the target is out of reach");
+      controller_.error_code(204, rtde::ReportLevel::violation,
+                             "Path sanity check failed: the target is out of reach.");
+    }
+    return false;
+  }
+  if (f == "stopj" || f == "stopl") {
+    motion.stop(std::max(0.1, number(call, 0, "a", 4.0)));
+    waits_for_motion_ = true;
+    return false;
+  }
+  if (f == "set_standard_digital_out" || f == "set_configurable_digital_out" || f == "set_tool_digital_out" ||
+      f == "set_digital_out") {
+    const auto* value = argument<bool>(call, 1, "b");
+    const double n = number(call, 0, "n", -1.0);
+    const int first = f == "set_configurable_digital_out" ? 8 : f == "set_tool_digital_out" ? 16 : 0;
+    const int most = f == "set_digital_out" ? 17 : f == "set_tool_digital_out" ? 1 : 7;
+    if (value == nullptr || n != std::floor(n) || n < 0.0 || n > most)
+      fail(call, f + ": allowed: (N, True or False), N 0 to " + std::to_string(most));
+    controller_.set_digital_output(first + static_cast<int>(n), *value);
+    return true;
+  }
+  if (f == "set_standard_analog_out") {
+    const double n = number(call, 0, "n", -1.0);
+    if (n != 0.0 && n != 1.0) fail(call, f + ": allowed: (0 or 1, FRACTION)");
+    controller_.set_analog_output(static_cast<int>(n), number(call, 1, "f", 0.0));
+    return true;
+  }
+  if (f == "set_tool_voltage") {
+    const double volts = number(call, 0, "voltage", -1.0);
+    if (volts != 0.0 && volts != 12.0 && volts != 24.0) fail(call, f + ": allowed: 0, 12, 24");
+    controller_.set_tool_voltage(static_cast<int>(volts));
+    return true;
+  }
+  if (f == "set_payload" || f == "set_target_payload") {
+    Payload payload{number(call, 0, "m", 0.0)};
+    if (const auto* cog = argument<std::vector<double>>(call, 1, "cog"); cog != nullptr && cog->size() == 3)
+      std::copy(cog->begin(), cog->end(), payload.center_of_gravity_m.begin());
+    if (const auto* inertia = argument<std::vector<double>>(call, 2, "inertia");
+        inertia != nullptr && inertia->size() == 6)
+      std::copy(inertia->begin(), inertia->end(), payload.inertia_kg_m2.begin());
+    controller_.set_payload(payload);
+    return true;
+  }
+  if (f == "set_tcp") {
+    const auto* pose = argument<urscript::PoseLiteral>(call, 0, "pose");
+    const auto offset = pose != nullptr ? six(pose->values) : std::nullopt;
+    if (!offset) fail(call, "set_tcp: allowed: p[x, y, z, rx, ry, rz]");
+    controller_.set_tcp(*offset);
+    return true;
+  }
+  if (f == "set_gravity") {
+    const auto* g = argument<std::vector<double>>(call, 0, "d");
+    if (g == nullptr || g->size() != 3) fail(call, "set_gravity: allowed: [x, y, z]");
+    controller_.set_gravity({(*g)[0], (*g)[1], (*g)[2]});
+    return true;
+  }
+  if (f == "zero_ftsensor") {
+    controller_.zero_force_sensor();
+    return true;
+  }
+  if (f == "write_output_float_register") {
+    controller_.write_output_double(static_cast<int>(number(call, 0, "address", -1.0)),
+                                    number(call, 1, "value", 0.0));
+    return true;
+  }
+  if (f == "socket_open") {
+    const auto* host = argument<std::string>(call, 0, "address");
+    const double port = number(call, 1, "port", 0.0);
+    const auto* name = argument<std::string>(call, 2, "socket_name");
+    if (host == nullptr || port < 1.0 || port > 65535.0)
+      fail(call, "socket_open: allowed: (HOST, PORT, NAME)");
+    connecting_ = true;
+    controller_.loop().connect(
+        *host, static_cast<std::uint16_t>(port), 1, std::chrono::seconds(0),
+        [this, alive = alive_, key = name == nullptr ? "socket_0" : *name](auto connection) {
+          if (!*alive) return;
+          connecting_ = false;
+          sockets_[key] = std::move(connection);
+        });
+    return false;
+  }
+  if (f == "socket_close") {
+    const auto* name = argument<std::string>(call, 0, "socket_name");
+    sockets_.erase(name == nullptr ? "socket_0" : *name);
+    return true;
+  }
+  fail(call, "compile_error_name_not_found:" + f + ":");
+}
+
+urscript::Program read_script(const std::filesystem::path& file, const std::string& name) {
+  std::ifstream in(file);
+  std::stringstream text;
+  text << in.rdbuf();
+  if (!in) throw urscript::ScriptError(1, 1, file.string() + " cannot be read");
+  urscript::Program program = urscript::parse_program(text.str());
+  program.name = name;
+  return program;
+}
+
+}  // namespace takt::ur

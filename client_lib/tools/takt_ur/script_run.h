@@ -1,0 +1,39 @@
+#pragma once
+// Runs programs of the part of URScript that takt has (client_lib/gateway/urscript/script.h).
+#include <filesystem>
+#include <memory>
+
+#include "client_lib/tools/takt_ur/ur_controller.h"
+
+namespace takt::ur {
+
+class ScriptRun final : public RunningProgram {
+ public:
+  ScriptRun(UrController& controller, const urscript::Program& program);
+  ~ScriptRun() override;
+  bool advance() override;
+  /// It has a function that moves the robot: such a program is never a secondary one.
+  static bool moves(const urscript::Program& program);
+
+ private:
+  /// Executes one call; false while it has not ended.
+  bool execute(const urscript::Call& call);
+  bool begin(const urscript::Call& call);
+  [[noreturn]] static void fail(const urscript::Call& call, const std::string& text);
+
+  UrController& controller_;
+  std::vector<urscript::Instruction> instructions_;
+  std::size_t next_ = 0;
+  bool begun_ = false;  ///< the call at next_
+  std::uint64_t wake_cycle_ = 0;
+  bool waits_for_motion_ = false;
+  /// Of sockets that the program opens: by name; nullptr while connecting.
+  std::map<std::string, std::shared_ptr<gateway::Connection>> sockets_;
+  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
+  bool connecting_ = false;
+};
+
+/// Throws urscript::ScriptError, also for a file that cannot be read.
+urscript::Program read_script(const std::filesystem::path& file, const std::string& name);
+
+}  // namespace takt::ur

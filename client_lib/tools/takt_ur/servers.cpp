@@ -1,0 +1,131 @@
+#include "client_lib/tools/takt_ur/servers.h"
+
+#include <algorithm>
+
+namespace takt::ur {
+namespace {
+
+/// Cycles between two robot states of the primary interface: 10 Hz.
+constexpr std::uint64_t kPrimaryCycles = 50;
+/// A client that has this much unread gets no further data package until it has read.
+constexpr std::size_t kUnread = 1U << 15U;
+constexpr std::size_t kLongestLine = 4096;
+
+template <class List>
+void drop_closed(List& list) {
+  std::erase_if(list, [](const auto& one) { return !one->connection->is_open(); });
+}
+
+}  // namespace
+
+struct Servers::Rtde {
+  std::shared_ptr<gateway::Connection> connection;
+  rtde::ServerSession session;
+};
+struct Servers::Primary {
+  std::shared_ptr<gateway::Connection> connection;
+  urscript::ScriptStream scripts{};
+};
+
+Servers::Servers(gateway::EventLoop& loop, UrController& controller, const UrMapping& mapping)
+    : controller_(controller), owners_(controller.inputs().variables().size()) {
+  const auto port = [](int number) { return static_cast<std::uint16_t>(number); };
+  loop.listen(mapping.address, port(mapping.rtde_port), [this](auto c) { accept_rtde(std::move(c)); });
+  for (const int number : {mapping.primary_port, mapping.secondary_port, mapping.realtime_port})
+    loop.listen(mapping.address, port(number), [this](auto c) { accept_primary(std::move(c)); });
+  loop.listen(mapping.address, port(mapping.dashboard_port),
+              [this](auto c) { accept_dashboard(std::move(c)); });
+  controller.on_primary_message = [this](const std::string& message) {
+    const auto clients = primary_;  // a client that is closed leaves the list
+    for (const auto& client : clients) client->connection->send(message);
+  };
+}
+
+Servers::~Servers() {
+  controller_.on_primary_message = [](const std::string&) {};
+}
+
+void Servers::accept_rtde(std::shared_ptr<gateway::Connection> connection) {
+  const auto [major, minor, bugfix] = controller_.mapping().version_numbers();
+  const rtde::ControllerVersion version{static_cast<std::uint32_t>(major), static_cast<std::uint32_t>(minor),
+                                        static_cast<std::uint32_t>(bugfix), 0};
+  // A struct with a session, which cannot be moved.
+  auto client = std::shared_ptr<Rtde>(new Rtde{
+      connection, rtde::ServerSession(controller_.outputs(), controller_.inputs(), owners_, ++connections_,
+                                      version, UrController::kCycle_s,
+                                      [this](const auto& written) { controller_.take_inputs(written); })});
+  rtde_.push_back(client);
+  connection->start({[this, weak = std::weak_ptr<Rtde>(client)](std::string_view bytes) {
+                       const auto me = weak.lock();
+                       if (!me) return;
+                       me->connection->send(me->session.receive(bytes));
+                       if (!me->session.broken()) return;
+                       controller_.log("An RTDE client at " + me->connection->peer_address() +
+                                       " sent bytes that are no RTDE package; its connection is closed.");
+                       me->connection->close();
+                       drop_closed(rtde_);
+                     },
+                     [this] { drop_closed(rtde_); }});
+}
+
+void Servers::accept_primary(std::shared_ptr<gateway::Connection> connection) {
+  auto client = std::make_shared<Primary>(Primary{connection});
+  primary_.push_back(client);
+  connection->send(controller_.primary_version());
+  connection->send(controller_.primary_state());
+  connection->start({[this, weak = std::weak_ptr<Primary>(client)](std::string_view bytes) {
+                       const auto me = weak.lock();
+                       if (!me) return;
+                       me->scripts.add(bytes);
+                       while (const auto text = me->scripts.next()) controller_.take_script(*text);
+                       if (me->scripts.broken()) {
+                         controller_.log("A program of more than 1 MB was refused.");
+                         me->connection->close();
+                         drop_closed(primary_);
+                       }
+                     },
+                     [this] { drop_closed(primary_); }});
+}
+
+void Servers::accept_dashboard(std::shared_ptr<gateway::Connection> connection) {
+  dashboards_.push_back(connection);
+  connection->send(rtde::kDashboardGreeting);
+  connection->start(
+      {[this, weak = std::weak_ptr(connection),
+        buffer = std::make_shared<std::string>()](std::string_view bytes) {
+         const auto me = weak.lock();
+         if (!me) return;
+         buffer->append(bytes);
+         for (std::size_t end; (end = buffer->find('\n')) != std::string::npos && me->is_open();) {
+           const auto reply = rtde::dashboard_reply(std::string_view(*buffer).substr(0, end),
+                                                    me->peer_address(), controller_, dashboard_);
+           buffer->erase(0, end + 1);
+           me->send(reply.line + "\n");
+           if (reply.quit) me->finish();
+         }
+         if (buffer->size() > kLongestLine) me->close();
+       },
+       [this] { std::erase_if(dashboards_, [](const auto& c) { return !c->is_open(); }); }});
+}
+
+void Servers::publish() {
+  const auto clients = rtde_;  // a client that is closed leaves the list
+  for (const auto& client : clients) {
+    const std::string package = client->session.data(controller_.cycle());
+    if (package.empty()) continue;
+    if (client->connection->waiting() > kUnread)
+      ++left_out_;
+    else
+      client->connection->send(package);
+  }
+  if (controller_.cycle() % kPrimaryCycles != 0) return;
+  const std::string state = controller_.primary_state();
+  const auto primaries = primary_;
+  for (const auto& client : primaries)
+    if (client->connection->waiting() < kUnread) client->connection->send(state);
+  drop_closed(rtde_);
+  drop_closed(primary_);
+  std::erase_if(dashboards_, [](const auto& c) { return !c->is_open(); });
+}
+
+}  // namespace takt::ur

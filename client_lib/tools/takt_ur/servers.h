@@ -1,0 +1,39 @@
+#pragma once
+// The listening sockets of takt-ur: RTDE, primary interface, dashboard.
+#include <memory>
+
+#include "client_lib/tools/takt_ur/ur_controller.h"
+
+namespace takt::ur {
+
+class Servers {
+ public:
+  /// Listens at the addresses of the mapping. Throws gateway::SocketError. All outlive it.
+  Servers(gateway::EventLoop& loop, UrController& controller, const UrMapping& mapping);
+  ~Servers();
+  Servers(const Servers&) = delete;
+  Servers& operator=(const Servers&) = delete;
+
+  /// After each cycle of the controller: data packages and primary states that are due.
+  void publish();
+  std::size_t rtde_clients() const { return rtde_.size(); }
+  /// Data packages that were not sent because their client does not read.
+  std::uint64_t left_out() const { return left_out_; }
+
+ private:
+  struct Rtde;
+  struct Primary;
+  void accept_rtde(std::shared_ptr<gateway::Connection> connection);
+  void accept_primary(std::shared_ptr<gateway::Connection> connection);
+  void accept_dashboard(std::shared_ptr<gateway::Connection> connection);
+
+  UrController& controller_;
+  rtde::InputOwners owners_;
+  rtde::DashboardState dashboard_;
+  std::uint64_t connections_ = 0, left_out_ = 0;
+  std::vector<std::shared_ptr<Rtde>> rtde_;
+  std::vector<std::shared_ptr<Primary>> primary_;
+  std::vector<std::shared_ptr<gateway::Connection>> dashboards_;
+};
+
+}  // namespace takt::ur

@@ -1,0 +1,402 @@
+#include "client_lib/tools/takt_ur/ur_controller.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "client_lib/gateway/ur/dh.h"
+#include "client_lib/kinematics/arm.h"
+#include "client_lib/tools/takt_ur/external_program.h"
+#include "client_lib/tools/takt_ur/script_run.h"
+
+namespace takt::ur {
+namespace {
+
+/// From one power state to the next.
+constexpr double kPowerChange_s = 0.2;
+/// Set-points are sent for this long after the robot has come to rest.
+constexpr double kRestTime_s = 0.1;
+constexpr int kProtectiveStopCode = 209;
+
+std::uint64_t cycles(double seconds) {
+  return static_cast<std::uint64_t>(std::ceil(seconds / UrController::kCycle_s));
+}
+
+}  // namespace
+
+ArmModel UrController::protocol_arm() const {
+  const int robot = link_.cell()->find_robot(mapping_.robot.robot);
+  ArmModel arm = arm_model(link_.cell()->robots.at(static_cast<std::size_t>(robot)));
+  for (std::size_t i = 0; i < arm.joints.size(); ++i) {
+    JointModel& joint = arm.joints[i];
+    if (arm.joints.size() != 6 || joint.type != JointType::revolute || mapping_.robot.index[i] != i)
+      throw ScenarioError(mapping_.robot.robot +
+                          ": allowed: a robot with six revolute joints, in their order from the base");
+    // cell = sign * (protocol - offset): the axis turns, and its zero.
+    const double sign = mapping_.robot.sign[i], offset = mapping_.robot.offset[i];
+    joint.axis *= sign;
+    joint.X_PJ.R = joint.X_PJ.R * Eigen::AngleAxisd(-offset, joint.axis).toRotationMatrix();
+    const double a = sign * joint.lower + offset, b = sign * joint.upper + offset;
+    joint.lower = std::min(a, b);
+    joint.upper = std::max(a, b);
+  }
+  return arm;
+}
+
+UrController::UrController(gateway::EventLoop& loop, gateway::CellLink& link, const UrMapping& mapping)
+    : loop_(loop),
+      link_(link),
+      mapping_(mapping),
+      arm_(protocol_arm()),
+      dh_(dh_parameters(arm_).parameters),
+      motion_(arm_, kCycle_s),
+      outputs_(rtde::output_table()),
+      inputs_(rtde::input_table()) {
+  if (!mapping.powered) robot_mode_ = wanted_mode_ = RobotMode::power_off;
+  if (const int tool = mapping.tool.empty() ? -1 : link.cell()->find_gripper(mapping.tool); tool >= 0) {
+    const auto& gripper = link.cell()->grippers.at(static_cast<std::size_t>(tool));
+    set_tcp(vector_of(takt::pose_of(gripper.mount) * takt::pose_of(gripper.tool_center_point)));
+  }
+  read_cell();
+  motion_.reset(actual_q_);
+  fill_outputs();
+}
+
+UrController::~UrController() = default;
+
+Vector6 UrController::vector(const std::vector<double>& values) const {
+  Vector6 result{};
+  std::copy_n(values.begin(), std::min(values.size(), result.size()), result.begin());
+  return result;
+}
+
+Vector6 UrController::turned(const Vector6& values, bool to_protocol) const {
+  const Mat3 R = to_protocol ? Mat3(mapping_.base_frame.R.transpose()) : mapping_.base_frame.R;
+  const Vec3 a = R * Vec3(values[0], values[1], values[2]), b = R * Vec3(values[3], values[4], values[5]);
+  return {a.x(), a.y(), a.z(), b.x(), b.y(), b.z()};
+}
+
+void UrController::advance() {
+  ++cycle_;
+  const bool plays = read_cell();
+  change_power();
+  // A robot that another client moves, or that was reset, or stands still with its cell: the target is where it is.
+  if (!drives_ || !plays || robot_mode_ != RobotMode::running) motion_.reset(actual_q_);
+  advance_program();
+  if (plays && robot_mode_ == RobotMode::running) {
+    const bool feasible = motion_.advance(speed_slider_);
+    if (!feasible) {
+      protective_stop("the path leaves the robot's reach or passes a singularity");
+      error_code(204, rtde::ReportLevel::violation,
+                 "Path sanity check failed: the path leaves the robot\'s reach.");
+    }
+    drive();
+  }
+  fill_outputs();
+}
+
+bool UrController::read_cell() {
+  const auto previous = state_;
+  state_ = link_.state();
+  const RobotState& robot = state_->robot(mapping_.robot.robot);
+  actual_q_ = vector(mapping_.robot.to_protocol(robot.position));
+  actual_qd_ = vector(mapping_.robot.rates_to_protocol(robot.velocity));
+  actual_effort_ = vector(mapping_.robot.rates_to_protocol(robot.effort));
+  if (previous && previous->epoch != state_->epoch) {
+    end_program("The cell was reset.");
+    motion_.reset(actual_q_);
+    drives_ = false;
+  }
+  digital_inputs_ = 0;
+  for (const gateway::InputMapping& input : mapping_.inputs) {
+    const auto number = [&](std::string_view stem) {
+      return static_cast<unsigned>(std::stoi(input.name.substr(stem.size())));
+    };
+    const auto starts = [&](std::string_view stem) { return input.name.substr(0, stem.size()) == stem; };
+    const auto bit = [&](unsigned n) {
+      digital_inputs_ |= std::uint64_t{gateway::digital(input, *state_)} << n;
+    };
+    if (starts("standard_digital_input_"))
+      bit(number("standard_digital_input_"));
+    else if (starts("configurable_digital_input_"))
+      bit(8 + number("configurable_digital_input_"));
+    else if (starts("tool_digital_input_"))
+      bit(16 + number("tool_digital_input_"));
+    else if (starts("standard_analog_input"))
+      analog_inputs_.at(number("standard_analog_input")) = gateway::number_of(input, *state_);
+    else if (starts("tool_analog_input"))
+      tool_analog_inputs_.at(number("tool_analog_input")) = gateway::number_of(input, *state_);
+    else if (starts("output_bit_register_"))
+      outputs_.set_whole(input.name, gateway::digital(input, *state_));
+    else if (starts("output_int_register_"))
+      outputs_.set_whole(input.name, std::llround(std::clamp(gateway::number_of(input, *state_),
+                                                             -2147483648.0, 2147483647.0)));
+    else if (starts("output_double_register_"))
+      outputs_.set(input.name, gateway::number_of(input, *state_));
+  }
+  return link_.plays();
+}
+
+bool UrController::can_move() const {
+  return !paused_ && robot_mode_ == RobotMode::running && safety_mode_ == SafetyMode::normal && link_.plays();
+}
+
+void UrController::change_power() {
+  if (robot_mode_ == wanted_mode_ || cycle_ < mode_since_ + cycles(kPowerChange_s)) return;
+  mode_since_ = cycle_;
+  switch (robot_mode_) {
+    case RobotMode::power_off:
+      robot_mode_ = RobotMode::power_on;
+      break;
+    case RobotMode::power_on:
+      robot_mode_ = RobotMode::idle;
+      break;
+    default:
+      robot_mode_ = wanted_mode_;
+  }
+}
+
+void UrController::advance_program() {
+  for (auto& secondary : secondary_) {
+    bool goes_on = false;
+    try {
+      goes_on = secondary->advance();
+    } catch (const urscript::ScriptError& error) {
+      fail(secondary->name(), error);
+    }
+    if (!goes_on) secondary.reset();
+  }
+  std::erase(secondary_, nullptr);
+  if (!program_ || paused_ || robot_mode_ != RobotMode::running) return;
+  bool goes_on = false;
+  try {
+    goes_on = program_->advance();
+  } catch (const urscript::ScriptError& error) {
+    fail(program_->name(), error);
+  }
+  if (!goes_on) end_program("");
+}
+
+void UrController::drive() {
+  const bool busy = program_ != nullptr || !motion_.at_rest() || motion_.follows();
+  if (busy) at_rest_since_ = cycle_;
+  if (busy && !drives_) {
+    drives_ = true;
+  } else if (drives_ && cycle_ > at_rest_since_ + cycles(kRestTime_s)) {
+    drives_ = false;
+    link_.sender().stop(mapping_.robot.robot);  // ends the stream, so that no deadline is missed
+    return;
+  }
+  if (drives_)
+    link_.sender().move(mapping_.robot.robot, mapping_.robot.to_cell(motion_.position()),
+                        mapping_.robot.rates_to_cell(motion_.velocity()));
+}
+
+// --- programs ---
+
+void UrController::take_script(const std::string& script) {
+  const std::size_t begin = script.find_first_not_of(" \t\r"), end = script.find_last_not_of(" \t\r");
+  const std::string text = begin == std::string::npos ? "" : script.substr(begin, end - begin + 1);
+  // Commands of the controller, as drivers send them beside programs.
+  std::string reason;
+  if (text == "stop program") {
+    stop();
+  } else if (text == "pause program") {
+    pause();
+  } else if (text == "power on") {
+    power_on(reason);
+  } else if (text == "power off") {
+    power_off(reason);
+  } else if (text == "set robotmode run") {
+    release_brakes(reason);
+  } else if (text == "set unlock protective stop") {
+    unlock_protective_stop(reason);
+  } else {
+    run(text);
+  }
+}
+
+void UrController::run(const std::string& text) {
+  urscript::Program program;
+  try {
+    program = urscript::parse_program(text);
+  } catch (const urscript::ScriptError& error) {
+    fail("", error);
+    return;
+  }
+  if (program.instructions.empty() && !program.external) return;
+  const bool secondary = program.secondary || program.name.empty();
+  if (program.name.empty()) program.name = "unnamed";
+  if (secondary && !ScriptRun::moves(program)) {
+    secondary_.push_back(std::make_unique<ScriptRun>(*this, program));
+    return;
+  }
+  if (robot_mode_ != RobotMode::running || safety_mode_ != SafetyMode::normal) {
+    log("The program " + program.name + " does not start: the robot is not running.");
+    return;
+  }
+  end_program("Another program starts.");
+  if (program.external)
+    start(std::make_unique<ExternalProgram>(*this, program));
+  else
+    start(std::make_unique<ScriptRun>(*this, program));
+}
+
+void UrController::start(std::unique_ptr<RunningProgram> program) {
+  if (!drives_) motion_.reset(actual_q_);
+  drives_ = true;
+  at_rest_since_ = cycle_;
+  paused_ = false;
+  log("The program " + program->name() + " starts.");
+  on_primary_message(rtde::key_message(timestamp_us(), rtde::kProgramStarted, program->name()));
+  program_ = std::move(program);
+}
+
+void UrController::end_program(const char* why) {
+  paused_ = false;
+  if (!program_) return;
+  const std::string name = program_->name();
+  program_.reset();
+  motion_.stop();
+  log("The program " + name + " has ended. " + why);
+  on_primary_message(rtde::key_message(timestamp_us(), rtde::kProgramStopped, name));
+}
+
+void UrController::fail(const std::string& name, const urscript::ScriptError& error) {
+  log("The program " + name + " failed at line " + std::to_string(error.line()) + ", column " +
+      std::to_string(error.column()) + ": " + error.what());
+  on_primary_message(
+      rtde::runtime_exception_message(timestamp_us(), error.line(), error.column(), error.what()));
+}
+
+void UrController::text(const std::string& message) {
+  log(message);
+  on_primary_message(rtde::text_message(timestamp_us(), message));
+}
+
+void UrController::error_code(int code, rtde::ReportLevel level, const std::string& message) {
+  log("C" + std::to_string(code) + ": " + message);
+  on_primary_message(rtde::error_code_message(timestamp_us(), code, 0, level, message));
+}
+
+void UrController::protective_stop(const std::string& why) {
+  if (safety_mode_ == SafetyMode::protective_stop) return;
+  safety_mode_ = SafetyMode::protective_stop;
+  motion_.stop(15.0);
+  if (program_) paused_ = true;
+  // A client that reads the error has the state and the safety mode, so that what it does next finds them.
+  on_primary_message(primary_state());
+  on_primary_message(rtde::safety_mode_message(timestamp_us(), 0, static_cast<std::uint8_t>(safety_mode_)));
+  error_code(kProtectiveStopCode, rtde::ReportLevel::warning,
+             "A protective stop was triggered: " + why + ".");
+}
+
+// --- dashboard ---
+
+std::string UrController::robot_mode() const {
+  switch (robot_mode_) {
+    case RobotMode::power_off:
+      return "POWER_OFF";
+    case RobotMode::power_on:
+      return "POWER_ON";
+    case RobotMode::idle:
+      return "IDLE";
+    case RobotMode::running:
+      return "RUNNING";
+  }
+  return "NO_CONTROLLER";
+}
+
+std::string UrController::safety_mode() const {
+  return safety_mode_ == SafetyMode::normal ? "NORMAL" : "PROTECTIVE_STOP";
+}
+
+std::string UrController::program_state() const {
+  return !program_ ? "STOPPED" : paused_ ? "PAUSED" : "PLAYING";
+}
+
+bool UrController::power_on(std::string&) {
+  if (robot_mode_ == RobotMode::power_off || wanted_mode_ == RobotMode::power_off) {
+    wanted_mode_ = RobotMode::idle;
+    mode_since_ = cycle_;
+  }
+  return true;
+}
+
+bool UrController::power_off(std::string&) {
+  end_program("The power is off.");
+  wanted_mode_ = RobotMode::power_off;
+  // Motors stop at once; the robot stands by its brakes.
+  if (drives_) link_.sender().stop(mapping_.robot.robot);
+  drives_ = false;
+  if (robot_mode_ == RobotMode::running || robot_mode_ == RobotMode::idle) mode_since_ = cycle_;
+  return true;
+}
+
+bool UrController::release_brakes(std::string&) {
+  if (wanted_mode_ != RobotMode::running) mode_since_ = cycle_;
+  wanted_mode_ = RobotMode::running;
+  return true;
+}
+
+bool UrController::unlock_protective_stop(std::string&) {
+  if (safety_mode_ != SafetyMode::normal) {
+    safety_mode_ = SafetyMode::normal;
+    on_primary_message(rtde::safety_mode_message(timestamp_us(), 0, static_cast<std::uint8_t>(safety_mode_)));
+  }
+  return true;
+}
+
+bool UrController::load_program(const std::string& name) {
+  const std::string base = name.substr(name.find_last_of('/') + 1);
+  for (const NamedProgram& program : mapping_.programs) {
+    if (program.name != base) continue;
+    end_program("Another program is loaded.");
+    loaded_ = base;
+    return true;
+  }
+  return false;
+}
+
+bool UrController::play(const std::string& dashboard_client) {
+  if (robot_mode_ != RobotMode::running || safety_mode_ != SafetyMode::normal) return false;
+  if (program_) {
+    paused_ = false;
+    return true;
+  }
+  for (const NamedProgram& program : mapping_.programs) {
+    if (program.name != loaded_) continue;
+    if (!program.script.empty()) {
+      try {
+        start(std::make_unique<ScriptRun>(*this, read_script(program.script, program.name)));
+      } catch (const urscript::ScriptError& error) {
+        fail(program.name, error);
+        return false;
+      }
+    } else {
+      start(std::make_unique<RequestedProgram>(*this, program.name,
+                                               program.host.empty() ? dashboard_client : program.host,
+                                               static_cast<std::uint16_t>(program.port)));
+    }
+    return true;
+  }
+  return false;
+}
+
+bool UrController::pause() {
+  if (!program_) return false;
+  paused_ = true;
+  motion_.stop();
+  return true;
+}
+
+bool UrController::stop() {
+  secondary_.clear();
+  end_program("It was stopped.");
+  return true;
+}
+
+void UrController::log(const std::string& text) {
+  gateway::report("takt-ur " + mapping_.robot.robot, text);
+}
+
+}  // namespace takt::ur

@@ -1,0 +1,165 @@
+#pragma once
+// The controller that takt-ur shows: power, safety, programs, motion, inputs and outputs of one robot. It knows no
+// sockets but those that an external control program opens. Everything runs in the thread of the event loop.
+//
+// Time passes in cycles of 2 ms: of wall time, or of the cell's simulated time (mapping).
+#include <deque>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "client_lib/gateway/cell_link.h"
+#include "client_lib/gateway/event_loop.h"
+#include "client_lib/gateway/rtde/dashboard.h"
+#include "client_lib/gateway/rtde/primary.h"
+#include "client_lib/gateway/rtde/server_session.h"
+#include "client_lib/gateway/ur/motion.h"
+#include "client_lib/gateway/urscript/script.h"
+#include "client_lib/tools/takt_ur/ur_mapping.h"
+
+namespace takt::ur {
+
+enum class RobotMode : std::int32_t { power_off = 3, power_on = 4, idle = 5, running = 7 };
+enum class SafetyMode : std::uint8_t { normal = 1, protective_stop = 3 };
+
+class UrController;
+
+/// What runs on the controller.
+class RunningProgram {
+ public:
+  explicit RunningProgram(std::string name) : name_(std::move(name)) {}
+  virtual ~RunningProgram() = default;
+  RunningProgram(const RunningProgram&) = delete;
+  RunningProgram& operator=(const RunningProgram&) = delete;
+  const std::string& name() const { return name_; }
+  /// One cycle. False when the program has ended. Throws urscript::ScriptError, which ends it with a message.
+  virtual bool advance() = 0;
+
+ private:
+  std::string name_;
+};
+
+struct Payload {
+  double mass_kg = 0.0;
+  std::array<double, 3> center_of_gravity_m{};
+  Vector6 inertia_kg_m2{};
+};
+
+class UrController final : public rtde::DashboardRobot {
+ public:
+  static constexpr double kCycle_s = 0.002;
+
+  /// All outlive it. Throws ScenarioError where the robot has not six revolute joints.
+  UrController(gateway::EventLoop& loop, gateway::CellLink& link, const UrMapping& mapping);
+  ~UrController() override;
+  UrController(const UrController&) = delete;
+  UrController& operator=(const UrController&) = delete;
+
+  /// One cycle.
+  void advance();
+  std::uint64_t cycle() const { return cycle_; }
+  /// Seconds since the controller started; drivers wait for 40 s, which have passed at the start.
+  double time_s() const { return 100.0 + kCycle_s * static_cast<double>(cycle_); }
+  std::uint64_t timestamp_us() const { return static_cast<std::uint64_t>(1e6 * time_s()); }
+
+  // --- for servers ---
+  const rtde::Table& outputs() const { return outputs_; }
+  const rtde::Table& inputs() const { return inputs_; }
+  void take_inputs(const std::vector<rtde::ServerSession::Written>& written);
+  /// A program or line from the primary interface.
+  void take_script(const std::string& script);
+  std::string primary_version() const;
+  std::string primary_state() const;
+  /// Receives each message for all primary clients.
+  std::function<void(const std::string&)> on_primary_message = [](const std::string&) {};
+
+  // --- for programs ---
+  gateway::EventLoop& loop() { return loop_; }
+  Motion& motion() { return motion_; }
+  const UrMapping& mapping() const { return mapping_; }
+  /// Pose in the protocol's base <-> in the robot's.
+  Pose from_base(const Pose& X_BT) const { return mapping_.base_frame * X_BT; }
+  Pose to_base(const Pose& X_RT) const { return mapping_.base_frame.inverse() * X_RT; }
+  /// Turns a twist or wrench between the axes of the two bases.
+  Vector6 turned(const Vector6& values, bool to_protocol) const;
+  void text(const std::string& message);
+  void error_code(int code, rtde::ReportLevel level, const std::string& message);
+  void protective_stop(const std::string& why);
+  void set_digital_output(int number, bool value);  ///< 0..7 standard, 8..15 configurable, 16..17 tool
+  void set_analog_output(int number, double fraction);
+  void set_tool_voltage(int volts) { tool_voltage_ = volts; }
+  void set_payload(const Payload& payload) { payload_ = payload; }
+  void set_tcp(const Vector6& offset);
+  void set_gravity(const std::array<double, 3>& gravity) { gravity_ = gravity; }
+  void zero_force_sensor();
+  void write_output_double(int number, double value);
+  /// Contact force at the TCP in the protocol's base: N, N m; zero without a tool.
+  const Vector6& contact_force() const { return contact_force_; }
+  /// A robot that is not paused, with power, in a cell that plays.
+  bool can_move() const;
+
+  // --- dashboard ---
+  std::string software_version() const override { return mapping_.version; }
+  std::string model() const override { return mapping_.model; }
+  std::string serial_number() const override { return mapping_.serial_number; }
+  std::string robot_mode() const override;
+  std::string safety_mode() const override;
+  std::string program_state() const override;
+  std::string loaded_program() const override { return loaded_; }
+  bool in_remote_control() const override { return mapping_.remote_control; }
+  bool power_on(std::string& reason) override;
+  bool power_off(std::string& reason) override;
+  bool release_brakes(std::string& reason) override;
+  bool unlock_protective_stop(std::string& reason) override;
+  bool load_program(const std::string& name) override;
+  bool play(const std::string& dashboard_client) override;
+  bool pause() override;
+  bool stop() override;
+  void log(const std::string& text) override;
+
+ private:
+  bool read_cell();
+  void change_power();
+  void advance_program();
+  void drive();
+  void fill_outputs();
+  void write_element(const std::string& name, double value);
+  void start(std::unique_ptr<RunningProgram> program);
+  void run(const std::string& text);
+  void end_program(const char* why);
+  void fail(const std::string& name, const urscript::ScriptError& error);
+  ArmModel protocol_arm() const;
+  Vector6 vector(const std::vector<double>& values) const;
+
+  gateway::EventLoop& loop_;
+  gateway::CellLink& link_;
+  const UrMapping& mapping_;
+  const ArmModel arm_;  ///< with the protocol's joints
+  const rtde::DhParameters dh_;
+  Motion motion_;
+  rtde::Table outputs_, inputs_;
+  std::uint64_t cycle_ = 0;
+
+  RobotMode robot_mode_ = RobotMode::running, wanted_mode_ = RobotMode::running;
+  std::uint64_t mode_since_ = 0;
+  SafetyMode safety_mode_ = SafetyMode::normal;
+  std::unique_ptr<RunningProgram> program_;
+  std::vector<std::unique_ptr<RunningProgram>> secondary_;
+  bool paused_ = false;
+  std::string loaded_;
+  bool drives_ = false;  ///< set-points are sent
+  std::uint64_t at_rest_since_ = 0;
+
+  std::shared_ptr<const State> state_;
+  Vector6 actual_q_{}, actual_qd_{}, actual_effort_{};
+  Vector6 tcp_offset_{}, contact_force_{}, force_bias_{}, measured_force_{};
+  std::uint64_t digital_outputs_ = 0, digital_inputs_ = 0;
+  std::array<double, 2> analog_outputs_{}, analog_inputs_{}, tool_analog_inputs_{};
+  double speed_slider_ = 1.0;
+  int tool_voltage_ = 0;
+  Payload payload_;
+  std::array<double, 3> gravity_{0.0, 0.0, 9.82};
+};
+
+}  // namespace takt::ur

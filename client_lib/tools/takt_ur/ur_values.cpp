@@ -1,0 +1,210 @@
+// Inputs, outputs and published values of UrController.
+#include <algorithm>
+#include <cmath>
+
+#include "client_lib/kinematics/arm.h"
+#include "client_lib/tools/takt_ur/ur_controller.h"
+
+namespace takt::ur {
+namespace {
+
+constexpr double kFullScale_V = 10.0;
+constexpr std::int64_t kJointRunning = 253, kJointPowerOff = 239;
+
+Vec3 vec(const takt_msgs::msg::Vector3& v) {
+  return {v.x, v.y, v.z};
+}
+
+}  // namespace
+
+void UrController::write_element(const std::string& name, double value) {
+  for (const gateway::OutputMapping& output : mapping_.outputs)
+    if (output.name == name) gateway::write_output(output, value, link_.sender());
+}
+
+void UrController::set_digital_output(int number, bool value) {
+  if (number < 0 || number > 17) return;
+  const std::uint64_t bit = std::uint64_t{1} << static_cast<unsigned>(number);
+  if (((digital_outputs_ & bit) != 0) == value) return;  // a command is sent for a change alone
+  digital_outputs_ = value ? digital_outputs_ | bit : digital_outputs_ & ~bit;
+  const char* stem = number < 8    ? "standard_digital_output_"
+                     : number < 16 ? "configurable_digital_output_"
+                                   : "tool_digital_output_";
+  write_element(stem + std::to_string(number < 16 ? number % 8 : number - 16), value ? 1.0 : 0.0);
+}
+
+void UrController::set_analog_output(int number, double fraction) {
+  if (number < 0 || number > 1) return;
+  analog_outputs_.at(static_cast<std::size_t>(number)) = kFullScale_V * std::clamp(fraction, 0.0, 1.0);
+  write_element("standard_analog_output_" + std::to_string(number), fraction);
+}
+
+void UrController::set_tcp(const Vector6& offset) {
+  tcp_offset_ = offset;
+  motion_.set_tool(pose_of(offset));
+}
+
+void UrController::zero_force_sensor() {
+  force_bias_ = measured_force_;
+}
+
+void UrController::write_output_double(int number, double value) {
+  if (number >= 0 && number < 48) outputs_.set("output_double_register_" + std::to_string(number), value);
+}
+
+void UrController::take_inputs(const std::vector<rtde::ServerSession::Written>& written) {
+  std::uint64_t standard_mask = 0, configurable_mask = 0, tool_mask = 0, slider_mask = 0, analog_mask = 0;
+  for (const auto& one : written) {
+    const rtde::Variable& variable = inputs_.variables()[one.variable];
+    const rtde::Value before = inputs_.value(one.variable);
+    inputs_.value(one.variable) = one.value;
+    const std::string& name = variable.name;
+    const auto whole = static_cast<std::uint64_t>(one.value.whole[0]);
+    if (name == "standard_digital_output_mask")
+      standard_mask = whole;
+    else if (name == "configurable_digital_output_mask")
+      configurable_mask = whole;
+    else if (name == "tool_digital_output_mask")
+      tool_mask = whole;
+    else if (name == "speed_slider_mask")
+      slider_mask = whole;
+    else if (name == "standard_analog_output_mask")
+      analog_mask = whole;
+    // The controller shows the registers of its clients.
+    if (const auto shown = outputs_.find(name)) {
+      outputs_.value(*shown) = one.value;
+      const bool is_real = variable.type == rtde::Type::real;
+      const double value = is_real ? one.value.real[0] : static_cast<double>(one.value.whole[0]);
+      if (value != (is_real ? before.real[0] : static_cast<double>(before.whole[0])))
+        write_element(name, value);
+    }
+  }
+  const auto whole = [this](const char* name) { return static_cast<std::uint64_t>(inputs_[name].whole[0]); };
+  for (int i = 0; i < 8; ++i) {
+    const std::uint64_t bit = std::uint64_t{1} << static_cast<unsigned>(i);
+    if ((standard_mask & bit) != 0) set_digital_output(i, (whole("standard_digital_output") & bit) != 0);
+    if ((configurable_mask & bit) != 0)
+      set_digital_output(8 + i, (whole("configurable_digital_output") & bit) != 0);
+    if (i < 2 && (tool_mask & bit) != 0)
+      set_digital_output(16 + i, (whole("tool_digital_output") & bit) != 0);
+    if (i < 2 && (analog_mask & bit) != 0)
+      set_analog_output(i, inputs_[i == 0 ? "standard_analog_output_0" : "standard_analog_output_1"].real[0]);
+  }
+  if (slider_mask != 0) speed_slider_ = std::clamp(inputs_["speed_slider_fraction"].real[0], 0.0, 1.0);
+}
+
+void UrController::fill_outputs() {
+  const bool running = program_ != nullptr && !paused_;
+  const bool powered = robot_mode_ == RobotMode::running || robot_mode_ == RobotMode::idle;
+  const bool stopped = safety_mode_ != SafetyMode::normal;
+
+  // Contact wrench on the tool's components, about the TCP, in the protocol's base.
+  const Pose X_RT = motion_.tool_pose(actual_q_);
+  measured_force_ = {};
+  if (!mapping_.tool.empty()) {
+    const auto& cell = *link_.cell();
+    const auto& gripper = cell.grippers.at(static_cast<std::size_t>(cell.find_gripper(mapping_.tool)));
+    const auto& robot = cell.robots.at(static_cast<std::size_t>(gripper.robot));
+    const Pose X_RW = takt::pose_of(robot.base).inverse();
+    Vec3 force = Vec3::Zero(), torque = Vec3::Zero();
+    for (const int index : {gripper.palm, gripper.left_jaw, gripper.right_jaw}) {
+      if (index < 0) continue;
+      const ComponentState& component = state_->components.at(static_cast<std::size_t>(index));
+      const Vec3 f = X_RW.R * vec(component.force), at = X_RW * vec(component.position);
+      force += f;
+      torque += X_RW.R * vec(component.torque) + (at - X_RT.p).cross(f);
+    }
+    measured_force_ = turned({force.x(), force.y(), force.z(), torque.x(), torque.y(), torque.z()}, true);
+  }
+  double force_size = 0.0;
+  for (std::size_t i = 0; i < 6; ++i) {
+    contact_force_.at(i) = measured_force_.at(i) - force_bias_.at(i);
+    if (i < 3) force_size += contact_force_.at(i) * contact_force_.at(i);
+  }
+
+  rtde::Table& o = outputs_;
+  const std::uint64_t us = timestamp_us();
+  o.set("timestamp", time_s());
+  o.set_whole("control_step", static_cast<std::int64_t>(us / 2000));
+  o.set("target_execution_time", 0.0);
+  o.set("speed_scaling", speed_slider_);
+  o.set("target_speed_fraction", speed_slider_);
+  o.set("actual_main_voltage", 48.0);
+  o.set("actual_robot_voltage", powered ? 48.0 : 0.0);
+  o.set("tool_temperature", 25.0);
+  o.set("tcp_force_scalar", std::sqrt(force_size));
+  o.set("payload", payload_.mass_kg);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const std::string n = std::to_string(i);
+    o.set("standard_analog_input" + n, analog_inputs_.at(i));
+    o.set("standard_analog_output" + n, analog_outputs_.at(i));
+    o.set("tool_analog_input" + n, tool_analog_inputs_.at(i));
+  }
+  o.set_vector("target_q", motion_.position());
+  o.set_vector("target_qd", motion_.velocity());
+  o.set_vector("target_qdd", motion_.acceleration());
+  o.set_vector("actual_q", actual_q_);
+  o.set_vector("actual_qd", actual_qd_);
+  o.set_vector("target_moment", actual_effort_);
+  o.set_vector("actual_current_as_torque", actual_effort_);
+  o.set_vector("actual_TCP_pose", vector_of(to_base(X_RT)));
+  o.set_vector("target_TCP_pose", vector_of(to_base(motion_.tool_pose(motion_.position()))));
+  o.set_vector("actual_TCP_speed", turned(motion_.tool_speed(actual_q_, actual_qd_), true));
+  o.set_vector("target_TCP_speed", turned(motion_.tool_speed(motion_.position(), motion_.velocity()), true));
+  o.set_vector("actual_TCP_force", contact_force_);
+  o.set_vector("ft_raw_wrench", measured_force_);
+  o.set_vector("tcp_offset", tcp_offset_);
+  o.set_vector("payload_cog", payload_.center_of_gravity_m);
+  o.set_vector("payload_inertia", payload_.inertia_kg_m2);
+  o.set_vector("target_gravity", gravity_);
+  for (std::int64_t& mode : o["joint_mode"].whole) mode = powered ? kJointRunning : kJointPowerOff;
+  o.set_whole("actual_digital_input_bits", static_cast<std::int64_t>(digital_inputs_));
+  o.set_whole("actual_digital_output_bits", static_cast<std::int64_t>(digital_outputs_));
+  o.set_whole("actual_configurable_digital_input_bits",
+              static_cast<std::int64_t>((digital_inputs_ >> 8U) & 0xffU));
+  o.set_whole("actual_configurable_digital_output_bits",
+              static_cast<std::int64_t>((digital_outputs_ >> 8U) & 0xffU));
+  o.set_whole("runtime_state", !program_ ? 1 : paused_ ? 4 : 2);
+  o.set_whole("robot_status_bits", (powered ? 1 : 0) | (running ? 2 : 0));
+  o.set_whole("safety_status_bits", stopped ? (1 << 2) | (1 << 10) : 1);
+  o.set_whole("analog_io_types", 0xf);
+  o.set_whole("tool_mode", 253);
+  o.set_whole("robot_mode", static_cast<std::int64_t>(robot_mode_));
+  o.set_whole("safety_mode", static_cast<std::int64_t>(safety_mode_));
+  o.set_whole("safety_status", static_cast<std::int64_t>(safety_mode_));
+  o.set_whole("tool_output_voltage", tool_voltage_);
+}
+
+std::string UrController::primary_version() const {
+  const auto [major, minor, bugfix] = mapping_.version_numbers();
+  return rtde::version_message(timestamp_us(), major, minor, bugfix);
+}
+
+std::string UrController::primary_state() const {
+  rtde::RobotModeData mode;
+  mode.timestamp_us = timestamp_us();
+  mode.power_on = robot_mode_ != RobotMode::power_off;
+  mode.protective_stopped = safety_mode_ == SafetyMode::protective_stop;
+  mode.program_running = program_ != nullptr && !paused_;
+  mode.program_paused = program_ != nullptr && paused_;
+  mode.robot_mode = static_cast<std::uint8_t>(robot_mode_);
+  mode.target_speed_fraction = mode.speed_scaling = speed_slider_;
+  rtde::MasterboardData board;
+  board.digital_inputs = static_cast<std::uint32_t>(digital_inputs_);
+  board.digital_outputs = static_cast<std::uint32_t>(digital_outputs_);
+  board.analog_inputs = analog_inputs_;
+  board.analog_outputs = analog_outputs_;
+  board.safety_mode = static_cast<std::uint8_t>(safety_mode_);
+  rtde::ConfigurationData configuration;
+  for (std::size_t i = 0; i < 6; ++i) {
+    const JointModel& joint = arm_.joints[i];
+    configuration.joints.at(i) = {joint.lower, joint.upper, joint.max_velocity, 15.0};
+  }
+  configuration.dh = dh_;
+  configuration.robot_type = mapping_.robot_type();
+  configuration.robot_sub_type = 1;
+  return rtde::robot_state(rtde::robot_mode_data(mode) + rtde::masterboard_data(board) +
+                           rtde::kinematics_info(dh_) + rtde::configuration_data(configuration));
+}
+
+}  // namespace takt::ur

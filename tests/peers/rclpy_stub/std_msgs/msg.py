@@ -1,0 +1,3 @@
+class String:
+    def __init__(self, data=""):
+        self.data = data

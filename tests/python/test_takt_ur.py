@@ -1,0 +1,258 @@
+"""takt-ur against clients of Universal Robots' protocols: an RTDE client, and a driver with external control."""
+
+import os
+import signal
+import socket
+import struct
+import subprocess
+import sys
+import threading
+
+import pytest
+
+import takt
+from takt.server import program_path
+
+MAPPING = """takt_ur: 1
+robot: Robot1
+tool: Gripper1
+listen: {{address: 127.0.0.1, rtde: {0}, primary: {1}, secondary: {2}, realtime: {3}, dashboard: {4}}}
+outputs:
+  standard_digital_output_0: {{gripper: Gripper1}}
+inputs:
+  standard_digital_input_0: {{gripper: Gripper1, is: closed}}
+"""
+PATIENCE_S = 120.0
+SCALE = 1e6
+
+
+def free_ports(count):
+    sockets = [socket.socket() for _ in range(count)]
+    for one in sockets:
+        one.bind(("127.0.0.1", 0))
+    ports = [one.getsockname()[1] for one in sockets]
+    for one in sockets:
+        one.close()
+    return ports
+
+
+class Gateway:
+    def __init__(self, server, mapping):
+        self.environment = dict(os.environ, TAKT_CELL=server.cell, TAKT_DOMAIN=str(server.domain))
+        self.process = subprocess.Popen([program_path("takt-ur"), str(mapping), "--start"], env=self.environment,
+                                        text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+        self.lines = []
+        self.ready = threading.Event()
+        self.thread = threading.Thread(target=self.read, daemon=True)
+        self.thread.start()
+        assert self.ready.wait(PATIENCE_S), self.lines
+        assert self.process.poll() is None, self.lines
+
+    def read(self):
+        for line in self.process.stdout:
+            self.lines.append(line)
+            if "RTDE at" in line:
+                self.ready.set()
+        self.ready.set()
+
+    def close(self):
+        self.process.send_signal(signal.SIGTERM)
+        self.process.wait(PATIENCE_S)
+        self.thread.join()
+
+
+class Rtde:
+    """RTDE protocol 2, as the vendor's guide describes it."""
+
+    OUTPUTS = {"timestamp": "d", "actual_q": "6d", "target_q": "6d", "runtime_state": "I", "actual_digital_input_bits": "Q"}
+
+    def __init__(self, port):
+        self.socket = socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S)
+        self.buffer = b""
+        assert self.ask("V", struct.pack(">H", 2)) == b"\1"
+        assert self.ask("O", struct.pack(">d", 500.0) + ",".join(self.OUTPUTS).encode()) == b"\1DOUBLE,VECTOR6D,VECTOR6D,UINT32,UINT64"
+        assert self.ask("I", b"standard_digital_output_mask,standard_digital_output") == b"\1UINT8,UINT8"
+        assert self.ask("S") == b"\1"
+
+    def ask(self, kind, payload=b""):
+        self.send(kind, payload)
+        while True:
+            found, content = self.next()
+            if found == kind:
+                return content
+
+    def send(self, kind, payload):
+        self.socket.sendall(struct.pack(">HB", 3 + len(payload), ord(kind)) + payload)
+
+    def next(self):
+        while len(self.buffer) < 3 or len(self.buffer) < struct.unpack(">H", self.buffer[:2])[0]:
+            received = self.socket.recv(4096)
+            assert received, "the controller has closed the connection"
+            self.buffer += received
+        size = struct.unpack(">H", self.buffer[:2])[0]
+        package, self.buffer = self.buffer[:size], self.buffer[size:]
+        return chr(package[2]), package[3:]
+
+    def wait(self, condition):
+        """The first state that fulfils the condition; the time limit of the socket and of the test's run ends it."""
+        while True:
+            kind, payload = self.next()
+            if kind != "U":
+                continue
+            state, at = {}, 1
+            for name, form in self.OUTPUTS.items():
+                size = struct.calcsize(">" + form)
+                values = struct.unpack(">" + form, payload[at:at + size])
+                state[name], at = (values if len(values) > 1 else values[0]), at + size
+            if condition(state):
+                return state
+
+
+class Driver:
+    """A driver with external control: uploads the program that takt recognises, and owns its three sockets."""
+
+    def __init__(self, primary_port):
+        self.listeners = {}
+        lines = ["def externalControl():", "MULT_jointstate = 1000000", "MULT_time = 1000000",
+                 'socket_send_int(TRAJECTORY_RESULT_CANCELED, "trajectory_socket")']
+        for name in ("trajectory_socket", "script_command_socket", "reverse_socket"):
+            listener = self.listeners[name] = socket.create_server(("127.0.0.1", 0))
+            listener.settimeout(PATIENCE_S)
+            lines.append(f'connect_socket_with_retry("127.0.0.1", {listener.getsockname()[1]}, "{name}")')
+        lines += ["# NODE_CONTROL_LOOP_ENDS", "end", ""]
+        self.primary = socket.create_connection(("127.0.0.1", primary_port), timeout=PATIENCE_S)
+        self.primary.sendall("\n".join(lines).encode())
+        self.sockets = {name: listener.accept()[0] for name, listener in self.listeners.items()}
+        for one in self.sockets.values():
+            one.settimeout(PATIENCE_S)
+
+    def command(self, mode, values=(0,) * 6, timeout_ms=0, scale=SCALE):
+        numbers = [round(scale * value) for value in values]
+        self.sockets["reverse_socket"].sendall(struct.pack(">8i", timeout_ms, *numbers, mode))
+
+    def trajectory(self, points):
+        self.command(3, (1, len(points), 0, 0, 0, 0), scale=1)
+        for target, time_s in points:
+            numbers = [round(SCALE * value) for value in target] + [0] * 12 + [round(SCALE * time_s), 0, 0]
+            self.sockets["trajectory_socket"].sendall(struct.pack(">21i", *numbers))
+        return self.result()
+
+    def result(self):
+        return struct.unpack(">i", self.sockets["trajectory_socket"].recv(4))[0]
+
+    def close(self):
+        for one in (*self.sockets.values(), *self.listeners.values(), self.primary):
+            one.close()
+
+
+@pytest.fixture(scope="module")
+def robot(config, tmp_path_factory):
+    ports = free_ports(5)
+    mapping = tmp_path_factory.mktemp("takt_ur") / "mapping.yaml"
+    mapping.write_text(MAPPING.format(*ports))
+    with takt.Server(str(config / "scenarios" / "block_assembly.yaml"), pace="realtime") as server, server.client() as cell:
+        gateway = Gateway(server, mapping)
+        yield cell, ports, gateway
+        gateway.close()
+
+
+def test_outputs_and_inputs_are_gripper_and_state(robot):
+    cell, ports, _ = robot
+    client = Rtde(ports[0])
+    state = client.wait(lambda s: True)
+    assert state["timestamp"] >= 40.0
+    assert list(state["actual_q"]) == pytest.approx(list(cell.state.robot("Robot1").position), abs=1e-6)
+    client.send("U", bytes([1, 1, 1]))
+    client.wait(lambda s: s["actual_digital_input_bits"] & 1)
+    assert cell.state.gripper("Gripper1").closed
+    client.send("U", bytes([1, 1, 0]))
+    client.wait(lambda s: not s["actual_digital_input_bits"] & 1)
+    client.socket.close()
+
+
+def test_servo_set_points_move_the_robot_and_silence_ends_the_program(robot):
+    cell, ports, _ = robot
+    client, driver = Rtde(ports[0]), Driver(ports[1])
+    q = list(client.wait(lambda s: s["runtime_state"] == 2)["actual_q"])
+    end = q[5] + 0.2
+    while q[5] < end:
+        q[5] = min(end, q[5] + 0.001)
+        driver.command(1, q, timeout_ms=200)
+        client.wait(lambda s: True)
+    repeats = 0
+    while repeats < 20:  # the same set-point again, until the robot stands: a missing one is extrapolated
+        driver.command(1, q, timeout_ms=200)
+        target = client.wait(lambda s: True)["target_q"][5]
+        repeats = repeats + 1 if abs(target - end) < 1e-6 else 0
+    client.wait(lambda s: s["runtime_state"] == 1)  # no command for 200 ms
+    state = client.wait(lambda s: abs(s["actual_q"][5] - s["target_q"][5]) < 1e-6)
+    assert state["actual_q"][5] == pytest.approx(end, abs=1e-3)
+    assert driver.sockets["reverse_socket"].recv(1) == b"", "the program closes its sockets"
+    assert cell.state.robot("Robot1").position[5] == pytest.approx(state["actual_q"][5], abs=1e-3)
+    driver.close()
+    client.socket.close()
+
+
+def test_trajectories_end_with_success_and_cancelled_ones_say_so(robot):
+    _, ports, _ = robot
+    client, driver = Rtde(ports[0]), Driver(ports[1])
+    q = list(client.wait(lambda s: s["runtime_state"] == 2)["actual_q"])
+    away = q[:5] + [q[5] - 0.3]
+    assert driver.trajectory([(away, 0.5), (q, 0.5)]) == 0
+    client.wait(lambda s: abs(s["actual_q"][5] - q[5]) < 1e-4)
+    driver.command(3, (1, 1, 0, 0, 0, 0), scale=1)
+    numbers = [round(SCALE * value) for value in away] + [0] * 12 + [round(SCALE * 20.0), 0, 0]
+    driver.sockets["trajectory_socket"].sendall(struct.pack(">21i", *numbers))
+    client.wait(lambda s: abs(s["target_q"][5] - q[5]) > 1e-4)
+    driver.command(3, (-1, 0, 0, 0, 0, 0), scale=1)
+    assert driver.result() == 1
+    driver.command(-2)
+    client.wait(lambda s: s["runtime_state"] == 1)
+    driver.close()
+    client.socket.close()
+
+
+def test_a_hostile_client_is_closed_and_the_robot_stays(robot):
+    cell, ports, _ = robot
+    before = list(cell.state.robot("Robot1").position)
+    for port in ports:
+        with socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S) as hostile:
+            hostile.sendall(b"\xff\xff\x00\x00GET / HTTP/1.1\r\n\r\n" * 50)
+    client = Rtde(ports[0])
+    client.wait(lambda s: True)
+    client.socket.close()
+    assert list(cell.state.robot("Robot1").position) == before
+
+
+def test_an_error_of_the_mapping_names_file_line_key_and_what_is_allowed(robot, tmp_path):
+    _, ports, gateway = robot
+    wrong = tmp_path / "wrong.yaml"
+    for text, expected in (("takt_ur: 1\nrobot: Robot9\n", ("wrong.yaml:2", "robot", "Robot9", "Robot1")),
+                           (MAPPING.format(*ports).replace("standard_digital_output_0", "digital_output_0"),
+                            ("wrong.yaml:6", "digital_output_0", "standard_digital_output_0..7")),
+                           (MAPPING.format(*ports) + "speed: 1\n", ("speed",))):
+        wrong.write_text(text)
+        run = subprocess.run([program_path("takt-ur"), str(wrong)], env=gateway.environment, capture_output=True,
+                             text=True, timeout=PATIENCE_S)
+        assert run.returncode == 1, run.stdout
+        for word in expected:
+            assert word in run.stderr, run.stderr
+
+
+@pytest.mark.skipif("TAKT_RTDE_PYTHON" not in os.environ, reason="TAKT_RTDE_PYTHON: folder of the vendor's Python client")
+def test_the_vendors_python_client_reads_and_writes(robot):
+    _, ports, _ = robot
+    sys.path.insert(0, os.environ["TAKT_RTDE_PYTHON"])
+    import rtde.rtde as vendor
+
+    client = vendor.RTDE("127.0.0.1", ports[0])
+    client.connect()
+    assert client.get_controller_version()[:2] == (5, 21)
+    assert client.send_output_setup(["timestamp", "actual_digital_input_bits"], frequency=125)
+    written = client.send_input_setup(["standard_digital_output_mask", "standard_digital_output"])
+    assert client.send_start()
+    written.standard_digital_output_mask = written.standard_digital_output = 1
+    client.send(written)
+    while not client.receive().actual_digital_input_bits & 1:
+        pass
+    client.disconnect()
