@@ -37,11 +37,12 @@ def free_ports(count):
 
 
 class Gateway:
-    def __init__(self, server, mapping):
+    def __init__(self, server, mapping, *arguments, ready="RTDE at"):
         self.environment = dict(os.environ, TAKT_CELL=server.cell, TAKT_DOMAIN=str(server.domain))
-        self.process = subprocess.Popen([program_path("takt-ur"), str(mapping), "--start"], env=self.environment,
+        self.process = subprocess.Popen([program_path("takt-ur"), *arguments, str(mapping), "--start"], env=self.environment,
                                         text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
         self.lines = []
+        self.word = ready
         self.ready = threading.Event()
         self.thread = threading.Thread(target=self.read, daemon=True)
         self.thread.start()
@@ -51,7 +52,7 @@ class Gateway:
     def read(self):
         for line in self.process.stdout:
             self.lines.append(line)
-            if "RTDE at" in line:
+            if self.word in line:
                 self.ready.set()
         self.ready.set()
 
@@ -154,6 +155,7 @@ def robot(config, tmp_path_factory):
     mapping.write_text(MAPPING.format(*ports))
     with takt.Server(str(config / "scenarios" / "block_assembly.yaml"), pace="realtime") as server, server.client() as cell:
         gateway = Gateway(server, mapping)
+        gateway.server = server
         yield cell, ports, gateway
         gateway.close()
 
@@ -230,6 +232,23 @@ def test_trajectories_end_with_success_and_cancelled_ones_say_so(robot):
     client.wait(lambda s: s["runtime_state"] == 1)
     driver.close()
     client.socket.close()
+
+
+def test_another_robot_follows_the_controller(robot, tmp_path):
+    cell, ports, gateway = robot
+    mapping = tmp_path / "follow.yaml"
+    mapping.write_text(f"takt_ur: 1\nrobot: Robot2\nlisten: {{rtde: {ports[0]}}}\n"
+                       "follow: {first_command: {ramp_speed_rad_per_s: 2}}\n")
+    follower = Gateway(gateway.server, mapping, "follow", "--address", "127.0.0.1", ready="follows the controller")
+    client, driver = Rtde(ports[0]), Driver(ports[1])
+    q = list(client.wait(lambda s: s["runtime_state"] == 2)["actual_q"])
+    assert driver.trajectory([(q[:4] + [q[4] + 0.2] + q[5:], 0.5)]) == 0
+    end = client.wait(lambda s: abs(s["actual_q"][4] - q[4] - 0.2) < 1e-4)["actual_q"]
+    while list(cell.state.robot("Robot2").position) != pytest.approx(list(end), abs=1e-3):
+        client.wait(lambda s: True)
+    driver.close()
+    client.socket.close()
+    follower.close()
 
 
 def test_a_hostile_client_is_closed_and_the_robot_stays(robot):
