@@ -66,7 +66,7 @@ void CommandSender::run() {
       send(commands);
       const std::lock_guard lock(mutex_);
       counters_.sent += commands.size();
-    } catch (const ClientError& error) {
+    } catch (const std::exception& error) {  // of the client, or of DDS
       const std::lock_guard lock(mutex_);
       counters_.failed += commands.size();
       counters_.failure = error.what();

@@ -33,23 +33,31 @@ LatestState::Intervals LatestState::intervals() const {
 }
 
 void LatestState::run() {
-  std::uint64_t seen = get()->sample_number;
   while (!over_) {
-    auto state = client_.wait_for(
-        topics::state, [&](const State& s) { return s.sample_number > seen; }, kPatience);
-    if (!state) {
+    try {
+      receive();
+    } catch (const ClientError&) {  // the server is gone: the newest state stays until it answers again
       measuring_ = false;
-      continue;
+      static_cast<void>(client_.wait_for_connection(kPatience));
     }
-    seen = state->sample_number;
-    measure(*state);
-    auto kept = std::make_shared<const State>(std::move(*state));
-    {
-      const std::lock_guard lock(mutex_);
-      newest_ = std::move(kept);
-    }
-    if (on_new_) on_new_();
   }
+}
+
+void LatestState::receive() {
+  const std::uint64_t seen = get()->sample_number;
+  auto state = client_.wait_for(
+      topics::state, [&](const State& s) { return s.sample_number > seen; }, kPatience);
+  if (!state) {
+    measuring_ = false;
+    return;
+  }
+  measure(*state);
+  auto kept = std::make_shared<const State>(std::move(*state));
+  {
+    const std::lock_guard lock(mutex_);
+    newest_ = std::move(kept);
+  }
+  if (on_new_) on_new_();
 }
 
 void LatestState::measure(const State& state) {

@@ -35,6 +35,7 @@ class LatestState {
 
  private:
   void run();
+  void receive();
   void measure(const State& state);
 
   const Client& client_;

@@ -37,11 +37,12 @@ def free_ports(count):
 
 
 class Gateway:
-    def __init__(self, server, mapping):
+    def __init__(self, server, mapping, *arguments, ready="RTDE at"):
         self.environment = dict(os.environ, TAKT_CELL=server.cell, TAKT_DOMAIN=str(server.domain))
-        self.process = subprocess.Popen([program_path("takt-ur"), str(mapping), "--start"], env=self.environment,
+        self.process = subprocess.Popen([program_path("takt-ur"), *arguments, str(mapping), "--start"], env=self.environment,
                                         text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
         self.lines = []
+        self.word = ready
         self.ready = threading.Event()
         self.thread = threading.Thread(target=self.read, daemon=True)
         self.thread.start()
@@ -51,7 +52,7 @@ class Gateway:
     def read(self):
         for line in self.process.stdout:
             self.lines.append(line)
-            if "RTDE at" in line:
+            if self.word in line:
                 self.ready.set()
         self.ready.set()
 
@@ -64,13 +65,15 @@ class Gateway:
 class Rtde:
     """RTDE protocol 2, as the vendor's guide describes it."""
 
-    OUTPUTS = {"timestamp": "d", "actual_q": "6d", "target_q": "6d", "runtime_state": "I", "actual_digital_input_bits": "Q"}
+    OUTPUTS = {"timestamp": "d", "actual_q": "6d", "target_q": "6d", "runtime_state": "I", "actual_digital_input_bits": "Q",
+               "actual_TCP_pose": "6d", "actual_TCP_force": "6d"}
+    TYPES = b"DOUBLE,VECTOR6D,VECTOR6D,UINT32,UINT64,VECTOR6D,VECTOR6D"
 
     def __init__(self, port):
         self.socket = socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S)
         self.buffer = b""
         assert self.ask("V", struct.pack(">H", 2)) == b"\1"
-        assert self.ask("O", struct.pack(">d", 500.0) + ",".join(self.OUTPUTS).encode()) == b"\1DOUBLE,VECTOR6D,VECTOR6D,UINT32,UINT64"
+        assert self.ask("O", struct.pack(">d", 500.0) + ",".join(self.OUTPUTS).encode()) == b"\1" + self.TYPES
         assert self.ask("I", b"standard_digital_output_mask,standard_digital_output") == b"\1UINT8,UINT8"
         assert self.ask("S") == b"\1"
 
@@ -152,6 +155,7 @@ def robot(config, tmp_path_factory):
     mapping.write_text(MAPPING.format(*ports))
     with takt.Server(str(config / "scenarios" / "block_assembly.yaml"), pace="realtime") as server, server.client() as cell:
         gateway = Gateway(server, mapping)
+        gateway.server = server
         yield cell, ports, gateway
         gateway.close()
 
@@ -167,6 +171,24 @@ def test_outputs_and_inputs_are_gripper_and_state(robot):
     assert cell.state.gripper("Gripper1").closed
     client.send("U", bytes([1, 1, 0]))
     client.wait(lambda s: not s["actual_digital_input_bits"] & 1)
+    client.socket.close()
+
+
+def test_the_weight_of_a_part_is_the_force_at_the_tcp(robot):
+    cell, ports, _ = robot
+    client = Rtde(ports[0])
+    assert max(abs(f) for f in client.wait(lambda s: True)["actual_TCP_force"]) < 1e-9
+    cell.attach("P", "Gripper1")
+    weight = 0.3 * 9.80665  # mass_kg of the scenario
+    state = client.wait(lambda s: abs(s["actual_TCP_force"][2] + weight) < 1e-6)
+    cell.detach("P")
+    force, torque = state["actual_TCP_force"][:3], state["actual_TCP_force"][3:]
+    assert force[:2] == pytest.approx([0.0, 0.0], abs=1e-6)
+    # The Part's centre of mass and the TCP, in the robot's base, whose axes are those of the world.
+    part, described = cell.state.component("P"), cell.info.components["P"]
+    lever = [p + c - b - t for p, c, b, t in zip(part.position, described.center_of_mass, (-0.75, 0.0, 0.7),
+                                                 state["actual_TCP_pose"])]
+    assert list(torque) == pytest.approx([-lever[1] * weight, lever[0] * weight, 0.0], abs=1e-3)
     client.socket.close()
 
 
@@ -210,6 +232,23 @@ def test_trajectories_end_with_success_and_cancelled_ones_say_so(robot):
     client.wait(lambda s: s["runtime_state"] == 1)
     driver.close()
     client.socket.close()
+
+
+def test_another_robot_follows_the_controller(robot, tmp_path):
+    cell, ports, gateway = robot
+    mapping = tmp_path / "follow.yaml"
+    mapping.write_text(f"takt_ur: 1\nrobot: Robot2\nlisten: {{rtde: {ports[0]}}}\n"
+                       "follow: {first_command: {ramp_speed_rad_per_s: 2}}\n")
+    follower = Gateway(gateway.server, mapping, "follow", "--address", "127.0.0.1", ready="follows the controller")
+    client, driver = Rtde(ports[0]), Driver(ports[1])
+    q = list(client.wait(lambda s: s["runtime_state"] == 2)["actual_q"])
+    assert driver.trajectory([(q[:4] + [q[4] + 0.2] + q[5:], 0.5)]) == 0
+    end = client.wait(lambda s: abs(s["actual_q"][4] - q[4] - 0.2) < 1e-4)["actual_q"]
+    while list(cell.state.robot("Robot2").position) != pytest.approx(list(end), abs=1e-3):
+        client.wait(lambda s: True)
+    driver.close()
+    client.socket.close()
+    follower.close()
 
 
 def test_a_hostile_client_is_closed_and_the_robot_stays(robot):

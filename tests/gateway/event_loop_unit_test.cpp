@@ -1,0 +1,122 @@
+// Sockets of gateways over loopback.
+#include <gtest/gtest.h>
+
+#include "client_lib/gateway/event_loop.h"
+
+namespace {
+
+using takt::gateway::Clock;
+using takt::gateway::Connection;
+using takt::gateway::Endpoint;
+using takt::gateway::EventLoop;
+using takt::gateway::SocketError;
+
+constexpr std::chrono::seconds kGenerous{60};
+constexpr const char* kHere = "127.0.0.1";
+
+TEST(EventLoop, BytesArriveInOrderAndAClosedPeerIsReported) {
+  EventLoop loop;
+  std::shared_ptr<Connection> server;
+  std::string received;
+  bool closed = false;
+  const auto port = loop.listen(kHere, 0, [&](std::shared_ptr<Connection> connection) {
+    server = std::move(connection);
+    server->start({[&](std::string_view bytes) { received.append(bytes); }, [&] { closed = true; }});
+  });
+  std::shared_ptr<Connection> client;
+  loop.connect(kHere, port, 1, std::chrono::seconds(0),
+               [&](auto connection) { client = std::move(connection); });
+  ASSERT_TRUE(loop.run_until([&] { return client && server; }, Clock::now() + kGenerous));
+  std::string sent;
+  for (int i = 0; i < 1000; ++i) {
+    const std::string part = std::to_string(i) + ",";
+    sent += part;
+    client->send(part);
+  }
+  EXPECT_TRUE(loop.run_until([&] { return received == sent; }, Clock::now() + kGenerous));
+  client->finish();
+  EXPECT_TRUE(loop.run_until([&] { return closed; }, Clock::now() + kGenerous));
+  EXPECT_FALSE(server->is_open());
+}
+
+TEST(EventLoop, APeerThatDoesNotReadIsClosed) {
+  EventLoop loop;
+  std::shared_ptr<Connection> server, client;
+  const auto port = loop.listen(kHere, 0, [&](auto connection) { server = std::move(connection); });
+  loop.connect(kHere, port, 1, std::chrono::seconds(0),
+               [&](auto connection) { client = std::move(connection); });
+  ASSERT_TRUE(loop.run_until([&] { return client && server; }, Clock::now() + kGenerous));
+  const std::string block(1U << 20U, 'x');
+  std::size_t sent = 0;
+  while (client->is_open() && sent < 64 * block.size()) {
+    client->send(block);
+    sent += block.size();
+  }
+  EXPECT_FALSE(client->is_open());
+  EXPECT_LE(sent, Connection::kMostWaiting + 2 * block.size());
+}
+
+TEST(EventLoop, FurtherConnectionsThanAllowedAreClosed) {
+  EventLoop loop;
+  std::vector<std::shared_ptr<Connection>> servers, clients;
+  const auto port = loop.listen(
+      kHere, 0, [&](auto connection) { servers.push_back(std::move(connection)); }, 1);
+  int refused = 0;
+  for (int i = 0; i < 2; ++i)
+    loop.connect(kHere, port, 1, std::chrono::seconds(0), [&](std::shared_ptr<Connection> connection) {
+      clients.push_back(connection);
+      connection->start({[](std::string_view) {}, [&] { ++refused; }});
+    });
+  EXPECT_TRUE(loop.run_until([&] { return clients.size() == 2 && refused == 1; }, Clock::now() + kGenerous));
+  EXPECT_EQ(servers.size(), 1U);
+}
+
+TEST(EventLoop, APortWithoutAListenerIsReportedAfterTheAttempts) {
+  EventLoop loop;
+  std::uint16_t port = 0;
+  {
+    EventLoop other;
+    port = other.listen(kHere, 0, [](auto) {});
+  }
+  bool called = false;
+  loop.connect(kHere, port, 3, std::chrono::milliseconds(1), [&](auto connection) {
+    called = true;
+    EXPECT_EQ(connection, nullptr);
+  });
+  EXPECT_TRUE(loop.run_until([&] { return called; }, Clock::now() + kGenerous));
+}
+
+TEST(EventLoop, AnAddressThatCannotBeUsedIsNamed) {
+  EventLoop loop;
+  try {
+    loop.listen("nowhere", 1, [](auto) {});
+    FAIL();
+  } catch (const SocketError& error) {
+    EXPECT_NE(std::string(error.what()).find("'nowhere'"), std::string::npos);
+  }
+  const auto port = loop.listen(kHere, 0, [](auto) {});
+  EXPECT_THROW(loop.listen(kHere, port, [](auto) {}), SocketError);
+}
+
+TEST(EventLoop, DatagramsArriveWithTheirSender) {
+  EventLoop loop;
+  const auto a = loop.udp(kHere, 0), b = loop.udp(kHere, 0);
+  std::string received;
+  b->start([&](std::string_view bytes, const Endpoint& from) {
+    received = bytes;
+    b->send("answer", from);
+  });
+  std::string answer;
+  a->start([&](std::string_view bytes, const Endpoint&) { answer = bytes; });
+  EXPECT_TRUE(a->send("question", {kHere, b->port()}));
+  EXPECT_TRUE(loop.run_until([&] { return !answer.empty(); }, Clock::now() + kGenerous));
+  EXPECT_EQ(received, "question");
+}
+
+TEST(EventLoop, AnExceptionOfACallbackEndsTheRun) {
+  EventLoop loop;
+  loop.every(std::chrono::milliseconds(1), [] { throw std::runtime_error("from the callback"); });
+  EXPECT_THROW(loop.run(), std::runtime_error);
+}
+
+}  // namespace

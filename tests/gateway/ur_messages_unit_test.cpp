@@ -1,0 +1,157 @@
+// Primary interface, external control and dashboard: bytes and lines as the drivers read and write them.
+#include <gtest/gtest.h>
+
+#include "client_lib/gateway/rtde/big_endian.h"
+#include "client_lib/gateway/rtde/dashboard.h"
+#include "client_lib/gateway/rtde/external_control.h"
+#include "client_lib/gateway/rtde/primary.h"
+
+namespace {
+
+using namespace takt::rtde;
+
+TEST(Primary, TheVersionMessageHasItsLayout) {
+  const std::string message = version_message(7, 5, 21, 3);
+  Reader reader(message);
+  EXPECT_EQ(reader.i32(), static_cast<std::int32_t>(message.size()));
+  EXPECT_EQ(reader.u8(), 20);
+  EXPECT_EQ(reader.u64(), 7U);
+  reader.u8();
+  EXPECT_EQ(reader.u8(), 3);
+  EXPECT_EQ(reader.text(reader.u8()), "URControl");
+  EXPECT_EQ(reader.u8(), 5);
+  EXPECT_EQ(reader.u8(), 21);
+  EXPECT_EQ(reader.i32(), 3);
+  reader.i32();
+  EXPECT_FALSE(reader.failed());
+}
+
+TEST(Primary, SizesOfSubPackagesAreThoseOfTheInterface) {
+  // Sums of the fields that Universal_Robots_Client_Library reads, with heads of five bytes: RobotModeData 47, MasterboardData 75, KinematicsInfo 225, ConfigurationData 445.
+  EXPECT_EQ(robot_mode_data({}).size(), 47U);
+  EXPECT_EQ(masterboard_data({}).size(), 75U);
+  EXPECT_EQ(kinematics_info({}).size(), 225U);
+  EXPECT_EQ(configuration_data({}).size(), 445U);
+  const std::string state = robot_state(robot_mode_data({}) + kinematics_info({}));
+  Reader reader(state);
+  EXPECT_EQ(reader.i32(), 5 + 47 + 225);
+  EXPECT_EQ(reader.u8(), 16);
+  EXPECT_EQ(reader.i32(), 47);
+  EXPECT_EQ(reader.u8(), 0);
+}
+
+TEST(Primary, KinematicsAndConfigurationHaveTheirOwnOrders) {
+  DhParameters dh;
+  dh.theta[0] = 1.0;
+  dh.a[0] = 2.0;
+  dh.d[0] = 3.0;
+  dh.alpha[0] = 4.0;
+  const auto number_at = [](const std::string& bytes, std::size_t at) {
+    return Reader(std::string_view(bytes).substr(at)).f64();
+  };
+  const std::string kinematics = kinematics_info(dh);
+  for (std::size_t i = 0; i < 4; ++i)
+    EXPECT_EQ(number_at(kinematics, 5 + 24 + 48 * i), 1.0 + static_cast<double>(i)) << i;
+  ConfigurationData configuration;
+  configuration.dh = dh;
+  const std::string bytes = configuration_data(configuration);
+  for (std::size_t i = 0; i < 4; ++i)
+    EXPECT_EQ(number_at(bytes, 5 + 96 + 96 + 40 + 48 * i), i < 3 ? 2.0 + static_cast<double>(i) : 1.0) << i;
+}
+
+std::string numbers(std::initializer_list<std::int32_t> values, std::size_t count) {
+  std::string bytes;
+  for (const std::int32_t value : values) append(bytes, value);
+  bytes.resize(4 * count, '\0');
+  return bytes;
+}
+
+TEST(ExternalControl, MessagesAreScaled) {
+  const ReverseMessage reverse = reverse_message(numbers({20, 1000000, -1570000, 0, 0, 0, 250000, 1}, 8));
+  EXPECT_EQ(reverse.timeout_ms, 20);
+  EXPECT_EQ(reverse.values[0], 1.0);
+  EXPECT_DOUBLE_EQ(reverse.values[1], -1.57);
+  EXPECT_EQ(reverse.values[5], 0.25);
+  EXPECT_EQ(reverse.mode, ControlMode::servoj);
+  const TrajectoryPoint point = trajectory_point(
+      numbers({1000000, 0, 0, 0, 0, 0, 2000000, 0, 0, 0, 0, 0, 3000000, 0, 0, 0, 0, 0, 500000, 2, 51}, 21));
+  EXPECT_EQ(point.target[0], 1.0);
+  EXPECT_EQ(point.second[0], 2.0);
+  EXPECT_EQ(point.third[0], 3.0);
+  EXPECT_EQ(point.time_s, 0.5);
+  EXPECT_EQ(point.spline_type, 2);
+  EXPECT_EQ(point.type, PointType::spline);
+  const ScriptCommand command = script_command(numbers({1, 1500000, 100000}, 28));
+  EXPECT_EQ(command.type, ScriptCommandType::set_payload);
+  EXPECT_EQ(command.values[0], 1.5);
+  EXPECT_DOUBLE_EQ(command.values[1], 0.1);
+}
+
+TEST(ExternalControl, StreamsAreChoppedAtAnyByte) {
+  const std::string first = numbers({1}, 8), second = numbers({2}, 8);
+  for (std::size_t cut = 0; cut <= 64; ++cut) {
+    Chopper chopper(ReverseMessage::kBytes);
+    std::vector<std::int32_t> found;
+    for (const std::string& part : {(first + second).substr(0, cut), (first + second).substr(cut)}) {
+      chopper.add(part);
+      while (const auto message = chopper.next()) found.push_back(reverse_message(*message).timeout_ms);
+    }
+    ASSERT_EQ(found, (std::vector<std::int32_t>{1, 2})) << "cut at byte " << cut;
+  }
+}
+
+class DashboardPeer final : public DashboardRobot {
+ public:
+  std::string mode = "POWER_OFF", program, logged;
+  std::string software_version() const override { return "5.21.0"; }
+  std::string model() const override { return "UR10e"; }
+  std::string serial_number() const override { return "20000000001"; }
+  std::string robot_mode() const override { return mode; }
+  std::string safety_mode() const override { return "NORMAL"; }
+  std::string program_state() const override { return "STOPPED"; }
+  std::string loaded_program() const override { return program; }
+  bool in_remote_control() const override { return true; }
+  bool power_on(std::string&) override { return !(mode = "IDLE").empty(); }
+  bool power_off(std::string&) override { return !(mode = "POWER_OFF").empty(); }
+  bool release_brakes(std::string&) override { return !(mode = "RUNNING").empty(); }
+  bool unlock_protective_stop(std::string& reason) override {
+    reason = "Cannot unlock";
+    return false;
+  }
+  bool load_program(const std::string& name) override {
+    if (name != "known.urp") return false;
+    program = name;
+    return true;
+  }
+  bool play(const std::string&) override { return !program.empty(); }
+  bool pause() override { return false; }
+  bool stop() override { return true; }
+  void log(const std::string& text) override { logged = text; }
+};
+
+TEST(Dashboard, RepliesAreThoseOfTheServer) {
+  DashboardPeer robot;
+  DashboardState state;
+  const auto ask = [&](const char* line) { return dashboard_reply(line, "127.0.0.1", robot, state).line; };
+  EXPECT_EQ(ask("PolyscopeVersion\r"), "URSoftware 5.21.0 (takt)");
+  EXPECT_EQ(ask("robotmode"), "Robotmode: POWER_OFF");
+  EXPECT_EQ(ask("power on"), "Powering on");
+  EXPECT_EQ(ask("robotmode"), "Robotmode: IDLE");
+  EXPECT_EQ(ask("brake release"), "Brake releasing");
+  EXPECT_EQ(ask("play"), "Failed to execute: play");
+  EXPECT_EQ(ask("load unknown.urp"), "File not found: unknown.urp");
+  EXPECT_EQ(ask("load known.urp"), "Loading program: known.urp");
+  EXPECT_EQ(ask("get loaded program"), "Loaded program: known.urp");
+  EXPECT_EQ(ask("programState"), "STOPPED known.urp");
+  EXPECT_EQ(ask("play"), "Starting program");
+  EXPECT_EQ(ask("unlock protective stop"), "Cannot unlock");
+  EXPECT_EQ(ask("set operational mode AUTOMATIC"), "Operational mode AUTOMATIC is set");
+  EXPECT_EQ(ask("get operational mode"), "AUTOMATIC");
+  EXPECT_EQ(ask("addToLog a text"), "Added log message");
+  EXPECT_EQ(robot.logged, "dashboard: a text");
+  EXPECT_EQ(ask("load installation other.installation"), "File not found: other.installation");
+  EXPECT_EQ(ask("nonsense"), "could not understand: 'nonsense'");
+  EXPECT_TRUE(dashboard_reply("quit", "", robot, state).quit);
+}
+
+}  // namespace
