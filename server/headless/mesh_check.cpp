@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iomanip>
 #include <ostream>
+#include <stdexcept>
 #include <string>
 
 #include "idl/common/mesh_path.h"
@@ -70,6 +71,16 @@ void print_odd_size(std::ostream& out, const TriangleMesh& mesh, double scale) {
       << " (here: --scale " << number_text(0.001 * scale, 4) << ").\n";
 }
 
+/// What contact.resample: auto does to the elements; empty: nothing, or more elements than a scenario may have.
+std::string resampled_cells(const TriangleMesh& mesh, double element_edge_m) {
+  try {
+    const ContactSurface surface(mesh, {element_edge_m, ContactResampling::automatic});
+    return surface.resampling().spacing_m > 0.0 ? sentence_of(surface.resampling()) : "";
+  } catch (const std::invalid_argument&) {
+    return "";
+  }
+}
+
 }  // namespace
 
 bool print_mesh_check(std::ostream& out, const std::filesystem::path& file, const MeshCheckOptions& options) {
@@ -84,7 +95,11 @@ bool print_mesh_check(std::ostream& out, const std::filesystem::path& file, cons
     MeshQualityOptions contact;
     contact.element_edge_m =
         options.element_edge_m > 0.0 ? options.element_edge_m : default_element_edge_m(repaired.mesh);
-    const std::vector<MeshDiagnostic> risks = check_mesh_quality(repaired.mesh, contact);
+    std::vector<MeshDiagnostic> risks = check_mesh_quality(repaired.mesh, contact);
+    if (const std::string cells = resampled_cells(repaired.mesh, contact.element_edge_m); !cells.empty()) {
+      out << "Contact: " << cells << ".\n";
+      std::erase_if(risks, [](const MeshDiagnostic& f) { return f.kind == MeshDiagnosticKind::needles; });
+    }
     repaired.findings.insert(repaired.findings.end(), risks.begin(), risks.end());
   } else {
     out << '\n';

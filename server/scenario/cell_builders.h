@@ -26,10 +26,6 @@ std::shared_ptr<SharedMesh> import_component_mesh(const std::string& component,
 /// MeshError.
 std::optional<Scenario> placed_at_nodes(const Scenario& scenario, MeshFiles& files);
 
-/// A note for each warning of check_mesh_quality.
-void note_contact_risks(const std::string& component, SharedMesh& mesh, double element_edge_m,
-                        bool carries_elements, CellModel& cell);
-
 // dynamics_builder.cpp: the dynamics of each robot, from its drives, power, grippers and trajectory.
 
 /// After all components, robots and grippers are in the cell. Throws ScenarioError with the reason if a robot
@@ -50,10 +46,13 @@ void add_grip_friction(const Scenario& scenario, CellModel& cell);
 struct MeshUse {
   double element_edge_m = 0.0;    ///< to which it is divided
   bool carries_elements = false;  ///< whether it can carry elements
+  bool resampled = false;         ///< its needles are replaced, and add_contact notes that
 };
 /// A role stated in the scenario replaces `usually_carries_elements`.
-MeshUse mesh_use(const Scenario& scenario, const std::string& component, const SharedMesh& mesh,
+MeshUse mesh_use(const Scenario& scenario, const std::string& component, SharedMesh& mesh,
                  bool usually_carries_elements);
+/// mesh_diagnostics.cpp: a note for each warning of check_mesh_quality, without that of needles that are replaced.
+void note_contact_risks(const std::string& component, SharedMesh& mesh, const MeshUse& use, CellModel& cell);
 
 // collision_checking.cpp: the bodies and pairs that a cell checks, from the section `collision_checking`.
 

@@ -45,6 +45,7 @@ ScenarioContactComponent of_component(const Scenario& scenario, const std::strin
     result.stated.replace_by(entry.stated);
     if (entry.element_edge_m) result.element_edge_m = entry.element_edge_m;
     if (entry.resample) result.resample = entry.resample;
+    if (entry.field_spacing_m) result.field_spacing_m = entry.field_spacing_m;
     if (entry.role != ContactRole::by_rule) result.role = entry.role;
   }
   return result;
@@ -86,6 +87,14 @@ StatedContact stated_of_pair(const Scenario& scenario, const CellModel& cell, st
   return stated;
 }
 
+/// With the layers of both sides in series.
+void let_both_yield(const ContactParameters& of_a, const ContactParameters& of_b, ContactPairKind& kind) {
+  const double a = contact_law(of_a).stiffness_Pa_per_m, b = contact_law(of_b).stiffness_Pa_per_m;
+  const double both = a * b / (a + b);
+  kind.law.tangential_stiffness_Pa_per_m *= both / kind.law.stiffness_Pa_per_m;
+  kind.law.stiffness_Pa_per_m = both;
+}
+
 /// What the scenario says of a pair.
 ContactPairKind kind_of_pair(const Scenario& scenario, const CellModel& cell, std::size_t a, std::size_t b,
                              const ScenarioContactComponent& of_a, const ScenarioContactComponent& of_b) {
@@ -102,7 +111,12 @@ ContactPairKind kind_of_pair(const Scenario& scenario, const CellModel& cell, st
     kind.friction_at_K = rule.friction_at_degC;
     for (auto& [temperature, friction] : kind.friction_at_K) temperature += kZeroCelsius_K;
   }
-  kind.law = contact_law(stated_of_pair(scenario, cell, a, b, of_a, of_b).parameters());
+  const ContactParameters parameters = stated_of_pair(scenario, cell, a, b, of_a, of_b).parameters();
+  kind.law = contact_law(parameters);
+  kind.depth = parameters.depth;
+  if (kind.depth == DepthSource::pressure_field)
+    let_both_yield(stated_of_pair(scenario, cell, a, b, of_a, of_a).parameters(),
+                   stated_of_pair(scenario, cell, a, b, of_b, of_b).parameters(), kind);
   return kind;
 }
 
@@ -189,16 +203,63 @@ void add_pairs(const Scenario& scenario, const std::vector<ScenarioContactCompon
 
 void note_resampling(const std::string& component, const ResamplingReport& report, CellModel& cell) {
   if (report.spacing_m == 0.0) return;
-  const auto percent = [](double share) { return number_text(100.0 * share, 2) + " %"; };
-  cell.import_notes.push_back(
-      {component,
-       component + ": its contact elements are " + std::to_string(report.elements) + " cells of at most " +
-           number_text(1e3 * report.spacing_m, 3) + " mm on its flat faces, in place of " +
-           std::to_string(report.elements_before) +
-           " pieces of its triangles; elements longer than 10 widths have " + percent(report.slender_share) +
-           " of its surface, as pieces of triangles " + percent(report.slender_share_before) +
-           ". `contact.components." + component + ".resample: never` keeps the triangles.",
-       {}});
+  cell.import_notes.push_back({component,
+                               component + ": " + sentence_of(report) + ". `contact.components." + component +
+                                   ".resample: never` keeps the triangles.",
+                               {}});
+}
+
+ContactSurfaceOptions surface_options(const Scenario& scenario, const ScenarioContactComponent& said,
+                                      const SharedMesh& mesh) {
+  return {element_edge_m(scenario, said, mesh), said.resample.value_or(scenario.contact.resample)};
+}
+
+/// False for a mesh that add_contact refuses, too.
+bool is_resampled(SharedMesh& mesh, const ContactSurfaceOptions& options) {
+  try {
+    return mesh.surface(options)->resampling().spacing_m > 0.0;
+  } catch (const std::invalid_argument&) {
+    return false;
+  }
+}
+
+void note_field(const std::string& component, const DistanceField::Report& report, CellModel& cell) {
+  const auto mm = [](double length_m) { return number_text(1e3 * length_m, 3) + " mm"; };
+  std::string sentence = component + ": its distance field has nodes every " + mm(report.spacing_m) +
+                         " and takes " + number_text(1e-6 * static_cast<double>(report.bytes), 3) +
+                         " MB; below its surface it is wrong by " + mm(report.mean_error_m) +
+                         " on average and " + mm(report.largest_error_m) + " at most, at " +
+                         place_text(report.largest_at) + ".";
+  if (!report.resolves)
+    sentence +=
+        " It does not resolve the shape, whose walls or details are smaller than some nodes. Remedy: set "
+        "contact.components." +
+        component + ".field_spacing_m to a smaller value, or depth: polygonal.";
+  cell.import_notes.push_back({component, sentence, {}});
+}
+
+/// The distance fields that pairs take their depths from.
+void add_fields(const Scenario& scenario, const std::vector<ScenarioContactComponent>& said,
+                const SharedMeshes& meshes, CellModel& cell) {
+  ContactModel& contact = cell.contact;
+  const auto takes_field = [](const auto& pair) { return pair.depth != DepthSource::polygonal; };
+  if (std::none_of(contact.pairs.kinds().begin(), contact.pairs.kinds().end(), takes_field)) return;
+  contact.fields.assign(cell.components.size(), nullptr);
+  for (const ContactPairModel& pair : contact.pairs) {
+    const auto target = static_cast<std::size_t>(pair.target);
+    if (!takes_field(pair) || contact.fields[target] != nullptr) continue;
+    const auto& surface = contact.surfaces[target];
+    const std::optional<double> stated =
+        said[target].field_spacing_m ? said[target].field_spacing_m : scenario.contact.field_spacing_m;
+    try {
+      contact.fields[target] =
+          meshes[target]->field(surface, stated ? *stated : default_field_spacing_m(*surface));
+    } catch (const std::invalid_argument& error) {
+      throw ScenarioError(scenario.file.string() + ": " + cell.components[target].name +
+                          ": contact: " + error.what());
+    }
+    note_field(cell.components[target].name, contact.fields[target]->report(), cell);
+  }
 }
 
 }  // namespace
@@ -232,8 +293,7 @@ void add_contact(const Scenario& scenario, const SharedMeshes& meshes, CellModel
   for (std::size_t c = 0; c < cell.components.size(); ++c) {
     said.push_back(of_component(scenario, cell.components[c].name));
     try {
-      contact.surfaces.push_back(meshes[c]->surface({element_edge_m(scenario, said[c], *meshes[c]),
-                                                     said[c].resample.value_or(scenario.contact.resample)}));
+      contact.surfaces.push_back(meshes[c]->surface(surface_options(scenario, said[c], *meshes[c])));
     } catch (const std::invalid_argument& error) {
       throw ScenarioError(scenario.file.string() + ": " + cell.components[c].name + " (" +
                           cell.description.components[c].mesh_uri + "): contact: " + error.what());
@@ -241,13 +301,16 @@ void add_contact(const Scenario& scenario, const SharedMeshes& meshes, CellModel
     note_resampling(cell.components[c].name, contact.surfaces.back()->resampling(), cell);
   }
   add_pairs(scenario, said, cell);
+  add_fields(scenario, said, meshes, cell);
 }
 
-MeshUse mesh_use(const Scenario& scenario, const std::string& component, const SharedMesh& mesh,
+MeshUse mesh_use(const Scenario& scenario, const std::string& component, SharedMesh& mesh,
                  bool usually_carries_elements) {
   const ScenarioContactComponent said = of_component(scenario, component);
-  return {element_edge_m(scenario, said, mesh),
-          said.role == ContactRole::by_rule ? usually_carries_elements : said.role == ContactRole::base};
+  const ContactSurfaceOptions options = surface_options(scenario, said, mesh);
+  return {options.element_edge_m,
+          said.role == ContactRole::by_rule ? usually_carries_elements : said.role == ContactRole::base,
+          is_resampled(mesh, options)};
 }
 
 }  // namespace takt

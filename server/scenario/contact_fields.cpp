@@ -32,6 +32,13 @@ void visit_parameters(Visit visit) {
   visit("friction_law", &P::friction_law,
         Choice<FrictionLaw>{{{"regularised", FrictionLaw::regularised}, {"stick", FrictionLaw::stick}}},
         larger, "Regularised: no friction without sliding, held parts creep; stick: holds without creep.");
+  visit("depth", &P::depth,
+        Choice<DepthSource>{{{"polygonal", DepthSource::polygonal},
+                             {"distance_field", DepthSource::distance_field},
+                             {"pressure_field", DepthSource::pressure_field}}},
+        larger,
+        "Penetration from the triangles of the target, or from its distance field with smooth normals; "
+        "pressure_field: likewise, and each side yields by its own layer, at the same pressure.");
 }
 
 }  // namespace
@@ -48,6 +55,7 @@ std::optional<T> StatedContact::value(T ContactParameters::*parameter) const {
 }
 template std::optional<double> StatedContact::value(double ContactParameters::*) const;
 template std::optional<FrictionLaw> StatedContact::value(FrictionLaw ContactParameters::*) const;
+template std::optional<DepthSource> StatedContact::value(DepthSource ContactParameters::*) const;
 
 void StatedContact::replace_by(const StatedContact& other) {
   visit_parameters([&, bit = 1U](const char*, auto member, const auto&, Joined, const char*) mutable {
@@ -135,6 +143,8 @@ void describe(Fields& f, ScenarioContactComponent& s) {
   f.field("element_edge_m", s.element_edge_m, not_negative("m"),
           "Longest edge of contact elements; 0: the triangles of the mesh.");
   f.field("resample", s.resample, resampling_words(), "As `resample` of `contact`, for this component.");
+  f.field("field_spacing_m", s.field_spacing_m, positive("m"),
+          "As `field_spacing_m` of `contact`, for this component.");
   f.field(
       "role", s.role,
       Choice<ContactRole>{
@@ -166,9 +176,13 @@ void describe(Fields& f, ScenarioContact& s) {
   f.field(
       "resample", s.resample, resampling_words(),
       "Contact elements are cells of a grid over each flat face, of at most half of element_edge_m, instead "
-      "of "
-      "pieces of the triangles; auto: where that does away with slender elements on a quarter of the "
-      "surface.");
+      "of pieces of the triangles; auto: where that does away with fans of slender elements, with at least "
+      "as many "
+      "elements, and not where element_edge_m is 0.");
+  f.field(
+      "field_spacing_m", s.field_spacing_m, positive("m"),
+      "Spacing of the distance fields of targets; without it an eighth of the walls of each component, at "
+      "most 1/64 of its diagonal.");
   f.field("cache_unmoved_pairs", s.cache_unmoved_pairs, Flag{},
           "A pair that has not moved is not evaluated again.", kNotInModel);
   f.field("parallel", s.parallel, Flag{}, "Pairs are evaluated by several threads, where there are any.",

@@ -31,9 +31,11 @@ std::shared_ptr<SharedMesh> import_component_mesh(const std::string& component,
   return mesh;
 }
 
-void note_contact_risks(const std::string& component, SharedMesh& mesh, double element_edge_m,
-                        bool carries_elements, CellModel& cell) {
-  note(component, "its mesh", mesh.quality(element_edge_m, carries_elements), cell);
+void note_contact_risks(const std::string& component, SharedMesh& mesh, const MeshUse& use, CellModel& cell) {
+  std::vector<MeshDiagnostic> findings = mesh.quality(use.element_edge_m, use.carries_elements);
+  if (use.resampled)
+    std::erase_if(findings, [](const MeshDiagnostic& f) { return f.kind == MeshDiagnosticKind::needles; });
+  note(component, "its mesh", findings, cell);
 }
 
 }  // namespace takt

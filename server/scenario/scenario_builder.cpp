@@ -18,7 +18,7 @@ void look_after_contact(const Scenario& scenario, const std::string& component, 
                         bool usually_carries_elements, CellModel& cell) {
   if (!scenario.begins_with_contact()) return;
   const MeshUse use = mesh_use(scenario, component, mesh, usually_carries_elements);
-  note_contact_risks(component, mesh, use.element_edge_m, use.carries_elements, cell);
+  note_contact_risks(component, mesh, use, cell);
 }
 
 /// What the components of a cell are made with.

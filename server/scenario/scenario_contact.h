@@ -42,6 +42,7 @@ struct ScenarioContactComponent {
   StatedContact stated;
   std::optional<double> element_edge_m;
   std::optional<ContactResampling> resample;
+  std::optional<double> field_spacing_m;
   ContactRole role = ContactRole::by_rule;
 };
 
@@ -66,7 +67,8 @@ struct ScenarioContact {
   std::vector<ScenarioContactPair> pairs;
   /// Elements are divided down to this edge; 0: the mesh's own triangles; unset: default_element_edge_m().
   std::optional<double> element_edge_m;
-  ContactResampling resample = ContactResampling::never;
+  ContactResampling resample = ContactResampling::automatic;
+  std::optional<double> field_spacing_m;  ///< unset: default_field_spacing_m()
   bool cache_unmoved_pairs = true;
   bool parallel = false;
 };

@@ -45,7 +45,8 @@ TEST(ContactScenePoses, EarlierQueriesChangeNoBit) {
       if (cell->components[base].type == ComponentType::gripper ||
           cell->components[target].type == ComponentType::gripper)
         continue;
-      PolygonalContact kept(cell->contact.surfaces[base], cell->contact.surfaces[target], pair.law);
+      PolygonalContact kept(cell->contact.surfaces[base], cell->contact.surfaces[target], pair.law,
+                            cell->contact.field(pair.target, pair.depth));
       const Pose start = X_WB[target].inverse() * X_WB[base];
       RelativeMotion m{start, {}};
       ContactResult of_kept, of_new;
@@ -58,7 +59,8 @@ TEST(ContactScenePoses, EarlierQueriesChangeNoBit) {
         m.X_TB.R = random_turn(random, 5.0 * size) * m.X_TB.R;
         m.V_TB_T = {random_vector(random, 0.1), random_vector(random, 1.0)};
         kept.evaluate(m, of_kept);
-        PolygonalContact fresh(cell->contact.surfaces[base], cell->contact.surfaces[target], pair.law);
+        PolygonalContact fresh(cell->contact.surfaces[base], cell->contact.surfaces[target], pair.law,
+                               cell->contact.field(pair.target, pair.depth));
         fresh.evaluate(m, of_new);
         ASSERT_EQ(of_kept.elements, of_new.elements) << i << " moved by " << size;
         ASSERT_TRUE(of_kept.F_B_T.f == of_new.F_B_T.f && of_kept.F_B_T.t == of_new.F_B_T.t) << i;

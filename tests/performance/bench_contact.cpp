@@ -30,6 +30,7 @@ struct Pair {
   std::string name;
   std::shared_ptr<const ContactSurface> base, target;
   Pose X_TB;
+  std::shared_ptr<const DistanceField> field{};
 };
 
 /// Least of several rounds, in seconds per call.
@@ -59,7 +60,7 @@ std::vector<RelativeMotion> motions(const Pose& X_TB) {
 void measure(const Pair& pair, FrictionLaw friction_law) {
   ContactParameters parameters;
   parameters.friction_law = friction_law;
-  PolygonalContact contact(pair.base, pair.target, contact_law(parameters));
+  PolygonalContact contact(pair.base, pair.target, contact_law(parameters), pair.field);
   const auto path = motions(pair.X_TB);
   ContactResult result;
   ContactJacobian jacobian;
@@ -113,6 +114,13 @@ void contact_pairs() {
   pairs.push_back({"jaw on C", jaw, C, {Mat3::Identity(), Vec3(0.0, 0.0395 - u, -0.04)}});
   pairs.push_back({"ball in socket", ball, socket, {Mat3::Identity(), Vec3(0.0, 0.0, -0.0001 - 1e-5)}});
   pairs.push_back({"C hovers in pocket of B", C, B, {Mat3::Identity(), Vec3(-0.06, 0.0, 0.02 + 5e-4)}});
+  // The same pairs by the distance field of the Target.
+  for (const std::size_t i : {std::size_t{0}, std::size_t{5}}) {
+    Pair pair = pairs[i];
+    pair.name += ", field";
+    pair.field = std::make_shared<const DistanceField>(pair.target, default_field_spacing_m(*pair.target));
+    pairs.push_back(pair);
+  }
   std::printf("%-28s %-7s %6s %8s %9s %8s %9s %6s %9s %6s %10s\n", "pair", "law", "base", "elements",
               "forces us", "ns/elem", "secant us", "ratio", "tangent", "ratio", "rebuild us");
   for (const Pair& pair : pairs) measure(pair, FrictionLaw::regularised);

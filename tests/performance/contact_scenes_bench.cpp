@@ -173,7 +173,8 @@ int contact_poses(int count) {
       X_WB[static_cast<std::size_t>(part.body)] = part.X_WB_initial;
     for (const ContactPairModel& pair : cell->contact.pairs) {
       const auto b = static_cast<std::size_t>(pair.base), t = static_cast<std::size_t>(pair.target);
-      pairs.push_back({PolygonalContact(cell->contact.surfaces[b], cell->contact.surfaces[t], pair.law),
+      pairs.push_back({PolygonalContact(cell->contact.surfaces[b], cell->contact.surfaces[t], pair.law,
+                                        cell->contact.field(pair.target, pair.depth)),
                        X_WB[t].inverse() * X_WB[b]});
     }
   }

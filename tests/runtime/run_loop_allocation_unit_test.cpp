@@ -42,7 +42,8 @@ TEST(SolverAllocation, StepsAfterTheFirstAllocateNothing) {
 // Candidate lists grow when more elements come near than ever, and keep their memory.
 TEST(ContactAllocation, ListsGrowAFewTimesAndNeverForKnownPoses) {
   if constexpr (kMaxLevelOfDetail < 3) GTEST_SKIP() << "needs level of detail 3";
-  for (const char* name : {"drop", "sliding_block", "stack_of_ten", "peg_in_hole_100um", "incline"}) {
+  for (const char* name :
+       {"drop", "sliding_block", "stack_of_ten", "peg_in_hole_100um", "incline", "two_layers"}) {
     for (const char* solver : {"automatic", "rosenbrock", "cvode", "implicit"}) {
       ScenarioOptions options;
       options.overrides = {"solver.method=" + std::string(solver)};

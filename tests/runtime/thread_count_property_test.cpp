@@ -11,6 +11,7 @@
 #include "server/runtime/loop/adaptive_dispatch.h"
 #include "server/runtime/loop/worker_pool.h"
 #include "server/simulation/step/simulation.h"
+#include "tests/support/contact_scene.h"
 #include "tests/support/moving_crowd.h"
 #include "tests/support/random_handling.h"
 
@@ -125,6 +126,21 @@ TEST(ThreadCount, DecomposedPartsThatAllMoveHaveTheSameBitsAndCounts) {
       run->step(crowd.commands(*run));
       EXPECT_EQ(run->statistics().steps, 0U + run->step_index());
     }
+  }
+}
+
+TEST(ThreadCount, ContactsByFieldsHaveTheSameBits) {
+  if constexpr (kMaxLevelOfDetail < 3) GTEST_SKIP() << "needs level of detail 3";
+  for (const char* depth : {"distance_field", "pressure_field"}) {
+    SCOPED_TRACE(depth);
+    SideBySide runs(library_scene("two_layers", {"contact.parallel=true", "contact.cache_unmoved_pairs=false",
+                                                 std::string("contact.defaults.depth=") + depth}));
+    for (int i = 0; i < 100; ++i) {
+      runs.step({});
+      if (HasFatalFailure()) return;
+    }
+    EXPECT_GT(runs.shuffler.runs, 100U);
+    EXPECT_GT(runs.alone.contact_counts().elements, 1000U);
   }
 }
 

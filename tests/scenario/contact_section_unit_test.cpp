@@ -72,6 +72,70 @@ TEST(ContactSection, LaterPairsAddToEarlierOnes) {
   EXPECT_EQ(scenario.contact.pairs[1].force, PairForce::substitute);
 }
 
+TEST(ContactSection, DepthsAreChosenByDefaultsComponentsAndPairs) {
+  const auto all = build_cell(with({}));
+  EXPECT_TRUE(all->contact.fields.empty());
+  for (const ContactPairModel& pair : all->contact.pairs) EXPECT_EQ(pair.depth, DepthSource::polygonal);
+
+  const auto cell = build_cell(
+      with({"contact.components={Sphere: {depth: distance_field}}",
+            "contact.pairs=[{pair: [Box, Plate], depth: pressure_field}]", "contact.field_spacing_m=0.004"}));
+  const auto id = [&](const char* name) { return cell->description.find_component(name); };
+  int fields = 0;
+  for (const ContactPairModel& pair : cell->contact.pairs) {
+    const bool sphere = pair.base == id("Sphere") || pair.target == id("Sphere");
+    EXPECT_EQ(pair.depth, sphere ? DepthSource::distance_field : DepthSource::pressure_field);
+    const auto target = static_cast<std::size_t>(pair.target);
+    ASSERT_NE(cell->contact.fields.at(target), nullptr);
+    EXPECT_EQ(cell->contact.fields[target]->spacing_m(), 0.004);
+    EXPECT_EQ(cell->contact.field(pair.target, pair.depth), cell->contact.fields[target]);
+  }
+  for (const auto& field : cell->contact.fields) fields += field != nullptr ? 1 : 0;
+  std::vector<std::string> notes;
+  for (const ImportNote& note : cell->import_notes)
+    if (note.sentence.find("distance field") != std::string::npos) notes.push_back(note.sentence);
+  EXPECT_EQ(notes.size(), static_cast<std::size_t>(fields));
+  EXPECT_THAT(notes,
+              ::testing::Each(AllOf(HasSubstr("nodes every 4 mm"), HasSubstr(" MB"), HasSubstr("at most"))));
+}
+
+TEST(ContactSection, LayersOfAPressureFieldAreThoseOfBothSides) {
+  const auto cell =
+      build_cell(with({"contact.defaults={depth: pressure_field}",
+                       "contact.components={Plate: {youngs_modulus_Pa: 4.0e+5, layer_depth_m: 0.002}, "
+                       "Sphere: {youngs_modulus_Pa: 3.0e+6}}"}));
+  const double plate = layer_modulus(4e5, 0.3) / 0.002, sphere = layer_modulus(3e6, 0.3) / 0.001,
+               box = layer_modulus(1e6, 0.3) / 0.001;
+  const auto id = [&](const char* name) { return cell->description.find_component(name); };
+  const auto layer = [&](int component) {
+    return component == id("Plate") ? plate : component == id("Sphere") ? sphere : box;
+  };
+  for (const ContactPairModel& pair : cell->contact.pairs) {
+    const double base = layer(pair.base), target = layer(pair.target), both = base * target / (base + target);
+    EXPECT_NEAR(pair.law.stiffness_Pa_per_m, both, 1e-9 * both);
+    EXPECT_NEAR(pair.law.tangential_stiffness_Pa_per_m, 0.8 * both, 1e-9 * both);
+  }
+}
+
+TEST(ContactSection, AFieldThatDoesNotResolveItsBodySaysSo) {
+  const auto notes = [](const std::vector<std::string>& overrides) {
+    std::string all;
+    for (const ImportNote& note : build_cell(with(overrides))->import_notes) all += note.sentence + "\n";
+    return all;
+  };
+  EXPECT_THAT(notes({"contact.defaults={depth: distance_field}",
+                     "contact.components={Plate: {field_spacing_m: 0.02}}"}),
+              AllOf(HasSubstr("does not resolve"), HasSubstr("contact.components.Plate.field_spacing_m")));
+  EXPECT_THAT(notes({"contact.defaults={depth: distance_field}"}),
+              ::testing::Not(HasSubstr("does not resolve")));
+  EXPECT_THAT(error({"contact.field_spacing_m=0"}), HasSubstr("field_spacing_m"));
+  EXPECT_THAT(error({"contact.defaults={depth: voxels}"}),
+              AllOf(HasSubstr("voxels"), HasSubstr("distance_field")));
+  EXPECT_THROW(
+      build_cell(with({"contact.defaults={depth: distance_field}", "contact.field_spacing_m=1.0e-7"})),
+      ScenarioError);
+}
+
 TEST(ContactSection, EveryInvalidValueIsNamed) {
   struct Case {
     const char *override_text, *key, *found, *allowed;

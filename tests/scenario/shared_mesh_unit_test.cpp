@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "server/geometry/mesh/import.h"
 #include "server/scenario/scenario_builder.h"
 #include "server/simulation/model/model_hash.h"
@@ -102,25 +104,33 @@ TEST_F(SharedMeshTest, EachFileIsReadOnce) {
   for (int i = 0; i < 2; ++i) EXPECT_THROW((void)library.mesh(directory_ / "u.obj", 2.0), MeshError);
 }
 
-TEST_F(SharedMeshTest, NeedlesAreResampledAndReportedWhereTheScenarioAsksForIt) {
-  directory_.write("n.obj", obj_text("n", prism(0.01, 0.02, 200, true)));
+TEST_F(SharedMeshTest, FansOfNeedlesAreResampledAndReportedByThemselves) {
+  directory_.write("n.obj", obj_text("n", prism(0.01, 0.02, 200, false)));
   const auto sentence = [](const CellModel& cell) {
     std::string all;
     for (const ImportNote& note : cell.import_notes)
-      if (note.sentence.find("contact elements are") != std::string::npos) all += note.sentence + "\n";
+      if (note.sentence.find("as contact elements") != std::string::npos) all += note.sentence + "\n";
     return all;
   };
   const auto by_itself = load("mesh: n.obj", "mesh: u.obj", "{resample: auto}");
   EXPECT_THAT(sentence(*by_itself),
-              AllOf(HasSubstr("A: its contact elements are "), HasSubstr("cells of at most 2.47 mm"),
-                    HasSubstr("`contact.components.A.resample: never`"), Not(HasSubstr("B: its"))));
+              AllOf(HasSubstr("A: flat faces have cells of at most "),
+                    HasSubstr("`contact.components.A.resample: never`"), Not(HasSubstr("B: flat"))));
+  // Without the note of the needles, which the other one has.
+  const auto needles = [](const CellModel& cell) {
+    return std::count_if(cell.import_notes.begin(), cell.import_notes.end(), [](const ImportNote& note) {
+      return note.sentence.find("needles") != std::string::npos;
+    });
+  };
+  EXPECT_EQ(needles(*by_itself), 0);
   const auto never =
       load("mesh: n.obj", "mesh: u.obj", "{resample: auto, components: {A: {resample: never}}}");
   EXPECT_EQ(sentence(*never), "");
   EXPECT_NE(model_hash(*never), model_hash(*by_itself));
-  EXPECT_EQ(model_hash(*load("mesh: n.obj", "mesh: u.obj")), model_hash(*never));
+  EXPECT_EQ(needles(*never), 1);
+  EXPECT_EQ(model_hash(*load("mesh: n.obj", "mesh: u.obj")), model_hash(*by_itself));
   EXPECT_THAT(sentence(*load("mesh: n.obj", "mesh: u.obj", "{resample: always}")),
-              AllOf(HasSubstr("A: its"), HasSubstr("B: its")));
+              AllOf(HasSubstr("A: flat"), HasSubstr("B: flat")));
   // One mesh, two kinds of elements.
   const auto both =
       load("mesh: n.obj", "mesh: n.obj", "{resample: auto, components: {B: {resample: never}}}");

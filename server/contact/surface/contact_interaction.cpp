@@ -563,7 +563,9 @@ std::vector<ElementPressure> ContactInteraction::pressures(std::size_t pair, con
   for (PairContact* const present : present_)
     if (present->number == pair) return present->contact.pressures(now);
   const auto surface = [this](int component) { return model_.surfaces[static_cast<std::size_t>(component)]; };
-  return PolygonalContact(surface(ends.base), surface(ends.target), ends.law).pressures(now);
+  return PolygonalContact(surface(ends.base), surface(ends.target), ends.law,
+                          model_.field(ends.target, ends.depth))
+      .pressures(now);
 }
 
 void ContactInteraction::list_pushed(const CellMotion& motion, int component, const Vec3& direction_W,

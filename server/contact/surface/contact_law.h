@@ -13,6 +13,13 @@ enum class FrictionLaw : std::uint8_t {
   stick,  ///< tangential spring per element that slips at mu times the normal force; holds without creep
 };
 
+/// How the penetration of elements is found, and which layers yield.
+enum class DepthSource : std::uint8_t {
+  polygonal,       ///< distance from the Target's triangles
+  distance_field,  ///< from its distance field (DistanceField); one layer for both sides
+  pressure_field,  ///< the same; each side has a layer of its own, at the same pressure (FieldElements)
+};
+
 /// Which of the two sides of a pair carries the contact elements, as far as the user chose.
 enum class ContactRole : std::uint8_t { by_rule, base, target };
 
@@ -25,6 +32,7 @@ struct ContactParameters {
   double friction = 0.3;                     ///< mu of (2.21)
   double friction_velocity_m_per_s = 0.001;  ///< v_eps of (2.21)
   FrictionLaw friction_law = FrictionLaw::regularised;
+  DepthSource depth = DepthSource::polygonal;
   /// Stick law: tangential stiffness over normal stiffness of an element (Mindlin: about 0.8 for nu = 0.3),
   /// and tangential damping over areal damping.
   double tangential_stiffness_ratio = 0.8;
@@ -65,6 +73,22 @@ constexpr ContactLaw contact_law(const ContactParameters& p) {
   law.tangential_stiffness_Pa_per_m = p.tangential_stiffness_ratio * law.stiffness_Pa_per_m;
   law.tangential_damping_N_s_per_m3 = p.tangential_damping_ratio * p.areal_damping_N_s_per_m3;
   return law;
+}
+
+/// The elastic pressure of a law at a penetration, its slope, and its energy per area.
+struct ElasticLayer {
+  double pressure_Pa, slope_Pa_per_m, energy_J_per_m2;
+};
+inline ElasticLayer elastic_layer(const ContactLaw& law, double depth_m) {
+  ElasticLayer layer{law.stiffness_Pa_per_m * depth_m, law.stiffness_Pa_per_m,
+                     0.5 * law.stiffness_Pa_per_m * depth_m * depth_m};
+  if (!(depth_m > law.linear_depth_m)) return layer;
+  const double s = depth_m / law.linear_depth_m - 1.0, s3 = s * s * s;
+  const double hardness = ContactLaw::kHardening * law.stiffness_Pa_per_m;
+  layer.pressure_Pa += hardness * law.linear_depth_m * s3 * s;
+  layer.slope_Pa_per_m += 4.0 * hardness * s3;
+  layer.energy_J_per_m2 += 0.2 * hardness * law.linear_depth_m * law.linear_depth_m * s3 * s * s;
+  return layer;
 }
 
 /// Throws std::invalid_argument with the name of the value, the value, and the values allowed.

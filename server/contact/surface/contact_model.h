@@ -10,6 +10,7 @@
 #include "server/components/pair_table.h"
 #include "server/contact/surface/contact_law.h"
 #include "server/geometry/surface/contact_surface.h"
+#include "server/geometry/surface/distance_field.h"
 
 namespace takt {
 
@@ -27,6 +28,7 @@ struct ContactPairKind {
   /// component: an adhesive bond releases when it is hot. Empty: independent of the temperature.
   std::vector<std::array<double, 2>> friction_at_K{};
   PairForce force = PairForce::by_level;
+  DepthSource depth = DepthSource::polygonal;
 };
 
 /// One pair; the references hold as long as the pairs of the cell.
@@ -35,6 +37,7 @@ struct ContactPairModel {
   const ContactLaw& law;
   const std::vector<std::array<double, 2>>& friction_at_K;
   PairForce force;
+  DepthSource depth;
 };
 
 /// All pairs of a cell, ordered by base, then target. Components of which a scenario says the same are of one
@@ -61,7 +64,7 @@ class ContactPairs {
   ContactPairModel operator[](std::size_t pair) const {
     const int base = table_.base(pair), target = table_.target(pair);
     const ContactPairKind& of = kind(base, target);
-    return {base, target, of.law, of.friction_at_K, of.force};
+    return {base, target, of.law, of.friction_at_K, of.force, of.depth};
   }
   PairIterator<ContactPairs> begin() const { return {*this, 0}; }
   PairIterator<ContactPairs> end() const { return {*this, size()}; }
@@ -89,6 +92,12 @@ struct ContactModel {
   bool enabled = false;  ///< true: surfaces and pairs exist, so that level 3 is possible
   std::vector<std::shared_ptr<const ContactSurface>> surfaces;  ///< by component; nullptr: without surface
   ContactPairs pairs;
+  /// By component, of the Targets of pairs that take their depths from it; else nullptr, or empty.
+  std::vector<std::shared_ptr<const DistanceField>> fields;
+  /// Of a pair with this Target.
+  std::shared_ptr<const DistanceField> field(int target, DepthSource depth) const {
+    return depth == DepthSource::polygonal ? nullptr : fields[static_cast<std::size_t>(target)];
+  }
   bool cache_unmoved_pairs = true;  ///< a pair that has not moved is not evaluated again (thesis 4.5)
   SleepingParameters sleeping;
   bool parallel = false;  ///< pairs are evaluated by the executor, where there is one (thesis 4.5)

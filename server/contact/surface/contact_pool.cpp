@@ -30,9 +30,10 @@ void ContactPool::grow(std::size_t count) {
   made_.reserve(made_.size() + count);
   free_.reserve(made_.size() + count);
   for (std::size_t i = 0; i < count; ++i) {
-    made_.push_back(std::make_unique<PairContact>(
-        PolygonalContact(model_.surfaces[static_cast<std::size_t>(any.base)],
-                         model_.surfaces[static_cast<std::size_t>(any.target)], any.law)));
+    made_.push_back(
+        std::make_unique<PairContact>(PolygonalContact(model_.surfaces[static_cast<std::size_t>(any.base)],
+                                                       model_.surfaces[static_cast<std::size_t>(any.target)],
+                                                       any.law, model_.field(any.target, any.depth))));
     made_.back()->number = PairTable::kNone;
     free_.push_back(made_.back().get());
   }
@@ -51,7 +52,8 @@ PairContact& ContactPool::take(std::size_t number, int base, int target) {
   pair.number = number;
   pair.base = base, pair.target = target;
   pair.kind = &model_.pairs.kind(base, target);
-  pair.contact.rebind(model_.surfaces[static_cast<std::size_t>(base)], target_surface, pair.kind->law);
+  pair.contact.rebind(model_.surfaces[static_cast<std::size_t>(base)], target_surface, pair.kind->law,
+                      model_.field(target, pair.kind->depth));
   pair.known = pair.uncounted = pair.still = pair.frozen = pair.deep = false;
   pair.deep_m = 0.25 * target_surface->wall_m();
   pair.made = pair.skipped = pair.apart = 0;

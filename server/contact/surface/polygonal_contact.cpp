@@ -9,6 +9,7 @@
 
 #include "server/contact/surface/contact_elements.h"
 #include "server/contact/surface/contact_search.h"
+#include "server/contact/surface/field_elements.h"
 
 namespace takt {
 namespace {
@@ -76,7 +77,9 @@ struct PolygonalContact::Impl {
   const ContactSurface::Data& base;
   const ContactSurface::Data& target;
   ContactLaw law;
-  std::optional<ContactSearch> search;  ///< at the first pose at which the bounds meet
+  std::shared_ptr<const DistanceField> field;  ///< of the Target, or null
+  std::optional<ContactSearch> search;         ///< at the first pose at which the bounds meet
+  std::optional<FieldElements> found;          ///< likewise, with a field
   ElementRows rows;
   std::vector<std::int32_t> filled;  ///< elements in the rows
   std::vector<ContactSpring> springs, next_springs;
@@ -90,18 +93,26 @@ struct PolygonalContact::Impl {
   bool rows_known = false;
   Pose rows_at;
 
-  Impl(std::shared_ptr<const ContactSurface> b, std::shared_ptr<const ContactSurface> t, const ContactLaw& l)
+  Impl(std::shared_ptr<const ContactSurface> b, std::shared_ptr<const ContactSurface> t, const ContactLaw& l,
+       std::shared_ptr<const DistanceField> f)
       : base_surface(std::move(b)),
         target_surface(std::move(t)),
         base(base_surface->data()),
         target(target_surface->data()),
-        law(l) {
+        law(l),
+        field(std::move(f)) {
     // The law hardens well before the middle of a wall, beyond which the closest surface is the far side.
     for (const ContactSurface::Data* side : {&base, &target})
       if (side->wall_m > 0.0) law.linear_depth_m = std::min(law.linear_depth_m, kLinearShare * side->wall_m);
   }
 
   ContactSearch& begin_search() { return search ? *search : search.emplace(base, target); }
+  void find_in_field(const Pose& X_TB);
+  /// Thickness of the Target at a point of this depth if that is more than kPassing of it, else 0.
+  double wall_beyond_m(const Vec3& x_T, const Vec3& inward_T, double depth_m) const {
+    const double further_m = (1.0 / kPassing - 1.0) * depth_m;
+    return target.signed_distance_m(x_T + further_m * inward_T) > 0.0 ? depth_m + further_m : 0.0;
+  }
   bool boxes_apart(const Pose& X_TB) const;
   void start_holding(const RelativeMotion& motion);
   bool held_covers(const Pose& X_TB, double next_s, double share, double& at_s) const;
@@ -153,7 +164,6 @@ void PolygonalContact::Impl::fill_found() {
 void PolygonalContact::Impl::fill_springs(const Pose& X_BT) {
   using R = ElementRows;
   if (law.friction_law != FrictionLaw::stick) return;
-  const double *px = rows[R::kPx], *py = rows[R::kPy], *pz = rows[R::kPz];
   double *x = rows[R::kXx], *y = rows[R::kXy], *z = rows[R::kXz];
   auto spring = springs.begin();
   for (std::size_t i = 0; i < filled.size(); ++i) {
@@ -162,7 +172,8 @@ void PolygonalContact::Impl::fill_springs(const Pose& X_BT) {
     x[i] = y[i] = z[i] = 0.0;
     if (spring == springs.end() || spring->element != element) continue;
     const Vec3 anchor_B = X_BT * spring->anchor_T;
-    x[i] = px[i] - anchor_B.x(), y[i] = py[i] - anchor_B.y(), z[i] = pz[i] - anchor_B.z();
+    const auto e = static_cast<std::size_t>(element);
+    x[i] = base.px[e] - anchor_B.x(), y[i] = base.py[e] - anchor_B.y(), z[i] = base.pz[e] - anchor_B.z();
   }
 }
 
@@ -193,6 +204,12 @@ bool PolygonalContact::Impl::held_covers(const Pose& X_TB, double next_s, double
   return beside_m <= share * held.margin_m && at_s + next_s <= held.horizon_s;
 }
 
+void PolygonalContact::Impl::find_in_field(const Pose& X_TB) {
+  if (!found) found.emplace(base, *field);
+  found->find(X_TB);
+  found->fill(rows, filled);
+}
+
 /// Number of elements that penetrate or are held; their rows are filled.
 std::size_t PolygonalContact::Impl::find_elements(const RelativeMotion& motion, Twist& V_B) {
   const Pose X_BT = motion.X_TB.inverse();
@@ -205,9 +222,13 @@ std::size_t PolygonalContact::Impl::find_elements(const RelativeMotion& motion, 
     } else {
       if (boxes_apart(motion.X_TB)) return 0;
       ++counts.searches;
-      counts.rebuilds += begin_search().find(motion.X_TB, X_BT) ? 1 : 0;
-      set_elements(search->elements());
-      fill_found();
+      if (field != nullptr) {
+        find_in_field(motion.X_TB);
+      } else {
+        counts.rebuilds += begin_search().find(motion.X_TB, X_BT) ? 1 : 0;
+        set_elements(search->elements());
+        fill_found();
+      }
     }
     rows_at = motion.X_TB;
     rows_known = true;
@@ -225,7 +246,7 @@ bool PolygonalContact::Impl::evaluate(const RelativeMotion& motion, ElementDetai
   result = ContactResult{};
   if (find_elements(motion, V_B) == 0) return false;
   const ElementTotals totals = element_forces(law, V_B, detail, rows);
-  result.elastic_energy_J = totals.elastic_energy_J;
+  result.elastic_energy_J = found ? found->elastic_energy_J(law) : totals.elastic_energy_J;
   result.elements = static_cast<int>(totals.elements);
   if (result.elements == 0) return false;
   const Pose& X = motion.X_TB;
@@ -242,25 +263,27 @@ bool PolygonalContact::Impl::evaluate(const RelativeMotion& motion, ElementDetai
 }
 
 PolygonalContact::PolygonalContact(std::shared_ptr<const ContactSurface> base,
-                                   std::shared_ptr<const ContactSurface> target, const ContactLaw& law) {
+                                   std::shared_ptr<const ContactSurface> target, const ContactLaw& law,
+                                   const std::shared_ptr<const DistanceField>& field) {
   if (base == nullptr || target == nullptr)
     throw std::invalid_argument("a contact needs the surfaces of both sides");
   check_contact_law(law);
-  impl_ = std::make_unique<Impl>(std::move(base), std::move(target), law);
+  impl_ = std::make_unique<Impl>(std::move(base), std::move(target), law, field);
 }
 PolygonalContact::~PolygonalContact() = default;
 PolygonalContact::PolygonalContact(PolygonalContact&&) noexcept = default;
 PolygonalContact& PolygonalContact::operator=(PolygonalContact&&) noexcept = default;
 
 void PolygonalContact::rebind(const std::shared_ptr<const ContactSurface>& base,
-                              const std::shared_ptr<const ContactSurface>& target, const ContactLaw& law) {
+                              const std::shared_ptr<const ContactSurface>& target, const ContactLaw& law,
+                              const std::shared_ptr<const DistanceField>& field) {
   check_contact_law(law);
   std::destroy_at(impl_.get());
-  std::construct_at(impl_.get(), base, target, law);
+  std::construct_at(impl_.get(), base, target, law, field);
 }
 
 bool PolygonalContact::has_search() const {
-  return impl_->search.has_value();
+  return impl_->search.has_value() || impl_->found.has_value();
 }
 
 void PolygonalContact::evaluate(const RelativeMotion& motion, ContactResult& result) {
@@ -279,7 +302,10 @@ void PolygonalContact::evaluate(const RelativeMotion& motion, Linearisation line
     return;
   }
   element_jacobian(impl_->law, V_B, detail, impl_->rows, jacobian.K, jacobian.D);
-  if (!impl_->rows_held) impl_->add_bends(detail, jacobian.K);
+  if (impl_->found)
+    impl_->found->add_stiffness(detail, impl_->law, V_B, impl_->rows, jacobian.K);
+  else if (!impl_->rows_held)
+    impl_->add_bends(detail, jacobian.K);
   move_to_target(motion.X_TB, jacobian.K);
   move_to_target(motion.X_TB, jacobian.D);
 }
@@ -320,7 +346,7 @@ bool PolygonalContact::accept(const RelativeMotion& motion) {
 }
 
 bool PolygonalContact::can_hold() const {
-  return !impl_->target.octree.empty();
+  return impl_->field == nullptr && !impl_->target.octree.empty();
 }
 
 void PolygonalContact::Impl::start_holding(const RelativeMotion& motion) {
@@ -403,6 +429,13 @@ std::vector<ElementPressure> PolygonalContact::pressures(const RelativeMotion& m
 
 double PolygonalContact::passed_wall_m(const RelativeMotion& motion) {
   if (impl_->boxes_apart(motion.X_TB)) return 0.0;
+  if (impl_->field != nullptr) {
+    impl_->rows_known = false;
+    impl_->find_in_field(motion.X_TB);
+    Vec3 x_T, inward_T;
+    const double depth_m = impl_->found->deepest_m(x_T, inward_T);
+    return depth_m > 0.0 ? impl_->wall_beyond_m(x_T, inward_T, depth_m) : 0.0;
+  }
   const Pose X_BT = motion.X_TB.inverse();
   ContactSearch& search = impl_->begin_search();
   impl_->rows_known = false;
@@ -413,9 +446,7 @@ double PolygonalContact::passed_wall_m(const RelativeMotion& motion) {
   const auto hit = static_cast<std::size_t>(deepest - depths.begin());
   const Vec3 x_T = motion.X_TB * impl_->base.point(static_cast<std::size_t>(search.elements()[hit]));
   const Vec3 inward_T = -(motion.X_TB.R * search.normal_B(hit));
-  const double further_m = (1.0 / kPassing - 1.0) * *deepest;
-  const double beyond_m = impl_->target.signed_distance_m(x_T + further_m * inward_T);
-  return beyond_m > 0.0 ? *deepest + further_m : 0.0;
+  return impl_->wall_beyond_m(x_T, inward_T, *deepest);
 }
 
 const ContactCounts& PolygonalContact::counts() const {

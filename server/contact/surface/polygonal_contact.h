@@ -8,6 +8,8 @@
 // damping, the wrench of a pair is minus the gradient of one energy of the relative pose, sum (K/b) A u^2 /
 // 2, for any meshes (docs/decisions.md). u is continuous for any motion.
 //
+// With a distance field of the Target (FieldElements) u and the direction come from that instead, and no motion is held.
+//
 // Between hold() and release() the elements near contact, and the faces that they pass over, are those of one
 // search for a piece of the motion (HeldPatch); further away they are searched as without.
 //
@@ -23,6 +25,7 @@
 #include "server/contact/surface/contact_law.h"
 #include "server/contact/surface/contact_springs.h"
 #include "server/geometry/surface/contact_surface.h"
+#include "server/geometry/surface/distance_field.h"
 
 namespace takt {
 
@@ -70,15 +73,17 @@ struct ContactCounts {
 
 class PolygonalContact {
  public:
+  /// `field`: of the Target, from which depths come; nullptr: from its triangles.
   PolygonalContact(std::shared_ptr<const ContactSurface> base, std::shared_ptr<const ContactSurface> target,
-                   const ContactLaw& law);
+                   const ContactLaw& law, const std::shared_ptr<const DistanceField>& field = nullptr);
   ~PolygonalContact();
   PolygonalContact(PolygonalContact&&) noexcept;
   PolygonalContact& operator=(PolygonalContact&&) noexcept;
 
   /// Becomes the new contact of another pair, without allocation.
   void rebind(const std::shared_ptr<const ContactSurface>& base,
-              const std::shared_ptr<const ContactSurface>& target, const ContactLaw& law);
+              const std::shared_ptr<const ContactSurface>& target, const ContactLaw& law,
+              const std::shared_ptr<const DistanceField>& field = nullptr);
   /// Whether the bounds of the two have ever met. Until then an object is small, and no evaluation allocates.
   bool has_search() const;
 

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "server/geometry/aabb.h"
@@ -17,7 +18,9 @@ namespace takt {
 double default_element_edge_m(const TriangleMesh& mesh);
 
 /// Whether the elements of the Base are cells of a grid over each flat region (resampling.h) instead of pieces of its
-/// triangles: where that does away with slender elements on a quarter of the surface, always, or never.
+/// triangles. `automatic`: in the regions where that does away with slender elements on a quarter of the area, with at
+/// least as many elements there as pieces of triangles; and only if
+/// that is a tenth of the surface. Needles that are parallel stay.
 enum class ContactResampling : std::uint8_t { automatic, always, never };
 
 struct ContactSurfaceOptions {
@@ -28,12 +31,15 @@ struct ContactSurfaceOptions {
   bool operator==(const ContactSurfaceOptions&) const = default;
 };
 
-/// The elements before and after resampling; `spacing_m` is 0 where they are pieces of the triangles.
+/// The elements before and after resampling; all zero where no region is resampled.
 struct ResamplingReport {
-  double spacing_m = 0.0;
+  double spacing_m = 0.0;  ///< no cell is larger
   std::size_t elements_before = 0, elements = 0;
   double slender_share_before = 0.0, slender_share = 0.0;  ///< of the area, in elements longer than 10 widths
 };
+
+/// "N cells ... in place of M pieces ...", of a report with a spacing.
+std::string sentence_of(const ResamplingReport& report);
 
 class ContactSurface {
  public:

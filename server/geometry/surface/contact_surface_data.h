@@ -75,7 +75,8 @@ struct ContactSurface::Data {
   struct Outline {
     std::uint32_t begin = 0, end = 0;  ///< in outline_points
   };
-  std::vector<Outline> outlines;  ///< of resampled elements, for pictures; else empty
+  /// For pictures: of the elements, empty for pieces of triangles; without resampling there are none.
+  std::vector<Outline> outlines;
   std::vector<Vec3> outline_points;
   ResamplingReport resampling;
   std::vector<ContactCluster> clusters;  ///< the first has all elements

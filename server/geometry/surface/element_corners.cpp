@@ -18,9 +18,9 @@ std::array<TriangleCorners, 2> halve_longest_edge(const TriangleCorners& piece, 
 
 std::vector<TriangleCorners> element_triangles_B(const ContactSurface& surface, std::size_t element) {
   const ContactSurface::Data& data = surface.data();
-  if (!data.outlines.empty()) {
+  const auto [begin, end] = data.outlines.empty() ? ContactSurface::Data::Outline{} : data.outlines[element];
+  if (begin < end) {
     std::vector<TriangleCorners> fan;
-    const auto [begin, end] = data.outlines[element];
     for (std::uint32_t i = begin + 1; i + 1 < end; ++i)
       fan.push_back({data.outline_points[begin], data.outline_points[i], data.outline_points[i + 1]});
     return fan;

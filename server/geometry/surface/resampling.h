@@ -13,8 +13,9 @@ namespace takt {
 
 /// Elements longer than this many widths are slender (slenderness()).
 inline constexpr double kSlender = 10.0;
-/// Share of the surface in slender elements that resampling must do away with, for ContactResampling::automatic.
-inline constexpr double kSlenderShare = 0.25;
+/// Share of a region's area, and of the surface, in slender elements that resampling must do away with, for
+/// ContactResampling::automatic.
+inline constexpr double kSlenderShare = 0.25, kLeastGain = 0.1;
 
 /// Ratio of the radii of inertia of a triangle: 1 for an equilateral one, 1.7 for half a square, and about length
 /// over width of a needle.

@@ -43,6 +43,13 @@ const std::shared_ptr<const ContactSurface>& SharedMesh::surface(const ContactSu
   return surface;
 }
 
+const std::shared_ptr<const DistanceField>& SharedMesh::field(
+    const std::shared_ptr<const ContactSurface>& surface, double spacing_m) {
+  std::shared_ptr<const DistanceField>& field = fields_[{surface.get(), spacing_m}];
+  if (field == nullptr) field = std::make_shared<const DistanceField>(surface, spacing_m);
+  return field;
+}
+
 const std::vector<MeshDiagnostic>& SharedMesh::quality(double element_edge_m, bool carries_elements) {
   const auto [place, is_new] = quality_.try_emplace({element_edge_m, carries_elements});
   if (is_new) {

@@ -14,6 +14,7 @@
 #include "server/geometry/mesh/solid_overlap.h"
 #include "server/geometry/mesh/triangle_mesh.h"
 #include "server/geometry/surface/contact_surface.h"
+#include "server/geometry/surface/distance_field.h"
 
 namespace takt {
 
@@ -33,6 +34,9 @@ class SharedMesh {
   const std::shared_ptr<const SolidProbe>& probe();
   /// Throws std::invalid_argument as ContactSurface.
   const std::shared_ptr<const ContactSurface>& surface(const ContactSurfaceOptions& options);
+  /// Of a result of surface(). Throws std::invalid_argument as DistanceField.
+  const std::shared_ptr<const DistanceField>& field(const std::shared_ptr<const ContactSurface>& surface,
+                                                    double spacing_m);
   /// check_mesh_quality with these two options; remedies name the component NAME.
   const std::vector<MeshDiagnostic>& quality(double element_edge_m, bool carries_elements);
 
@@ -45,6 +49,7 @@ class SharedMesh {
   std::shared_ptr<const SolidProbe> probe_;
   /// By edge of elements and resampling.
   std::map<std::pair<double, ContactResampling>, std::shared_ptr<const ContactSurface>> surfaces_;
+  std::map<std::pair<const ContactSurface*, double>, std::shared_ptr<const DistanceField>> fields_;
   std::map<std::pair<double, bool>, std::vector<MeshDiagnostic>> quality_;
 };
 

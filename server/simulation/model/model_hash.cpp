@@ -36,12 +36,16 @@ void digest(ModelDigest& hash, const ComponentPairs& pairs) {
 }
 void digest(ModelDigest& hash, const ContactPairs& pairs) {
   hash << pairs.size();
-  for (const ContactPairModel& pair : pairs)
+  for (const ContactPairModel& pair : pairs) {
     hash << pair.base << pair.target << pair.law << pair.friction_at_K << pair.force;
+    if (pair.depth != DepthSource::polygonal) hash << pair.depth;
+  }
 }
 void digest(ModelDigest& hash, const ContactModel& contact) {
   // Omits the evaluation of pairs and the sleeping.
   hash << contact.enabled << contact.surfaces << contact.pairs;
+  for (std::size_t c = 0; c < contact.fields.size(); ++c)
+    if (contact.fields[c] != nullptr) hash << c << contact.fields[c]->spacing_m();
 }
 void digest(ModelDigest& hash, const CheckedBody& body) {
   hash << body.name << body.robot << body.joint << body.component << body.shapes.size();

@@ -30,8 +30,8 @@ void PressedElements::read_pair(const Snapshot& snapshot, std::size_t pair, Pres
   const auto& base_surface = model_.surfaces[static_cast<std::size_t>(model.base)];
   auto kept = contacts_.find(pair);
   if (kept == contacts_.end()) {
-    PolygonalContact contact(base_surface, model_.surfaces[static_cast<std::size_t>(model.target)],
-                             model.law);
+    PolygonalContact contact(base_surface, model_.surfaces[static_cast<std::size_t>(model.target)], model.law,
+                             model_.field(model.target, model.depth));
     kept = contacts_.emplace(pair, std::move(contact)).first;
   }
   pressed.base = model.base;
