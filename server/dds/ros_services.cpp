@@ -1,9 +1,11 @@
 #include "server/dds/ros_services.h"
 
 #include <algorithm>
-#include <set>
+#include <exception>
+#include <optional>
 #include <utility>
 
+#include "idl/common/cdr.h"
 #include "ros2_service_msgs.h"
 #include "server/dds/ros_service_messages.h"
 #include "server/runtime/monotonic_clock.h"
@@ -15,87 +17,76 @@ namespace {
 
 constexpr std::int64_t kLongestWait_ns = 1'000'000'000;
 
-/// Identity of a request for rmw_fastrtps: its own sequence number, and the reader that waits for the reply.
-rtps::SampleIdentity caller_of(const dds::SampleInfo& info) {
-  rtps::SampleIdentity caller = info.sample_identity;
-  const DdsGuid& reader = info.related_sample_identity.writer_guid();
-  if (reader != DdsGuid::unknown()) caller.writer_guid(reader);
-  return caller;
-}
-
 }  // namespace
 
-/// DDS may discover a caller's reader of replies after its request; the reply then waits.
-class RosServices::Service : public dds::DataReaderListener, public dds::DataWriterListener {
+/// Its requests are read on a thread of DDS, its replies written on the publishing thread.
+class RosServices::Service {
  public:
   explicit Service(RosServices& services) : services_(services) {}
-  virtual void write(const Call& call, const ControlReply& reply) = 0;
+  virtual ~Service() = default;
+  Service(const Service&) = delete;
+  Service& operator=(const Service&) = delete;
 
-  bool reaches(const rtps::SampleIdentity& caller) {
-    const std::lock_guard lock(mutex_);
-    return std::any_of(readers_.begin(), readers_.end(), [&](const DdsGuid& reader) {
-      return reader == caller.writer_guid() || reader.guidPrefix == caller.writer_guid().guidPrefix;
-    });
-  }
+  bool reaches(const RosEndpoint::Caller& caller) { return endpoint_->reaches(caller); }
+  void write(const Call& call, const ControlReply& reply) { endpoint_->write(call.caller, encoded(call, reply)); }
 
  protected:
-  void on_publication_matched(dds::DataWriter*, const dds::PublicationMatchedStatus& status) override {
-    const std::lock_guard lock(mutex_);
-    const DdsGuid reader = guid_of(status.last_subscription_handle);
-    if (status.current_count_change > 0) {
-      readers_.insert(reader);
-    } else {
-      readers_.erase(reader);
-    }
+  void listen(Participant& participant, const std::string& name, const MessageInfo& request,
+              const MessageInfo& response) {
+    const auto on_request = [this](const RosEndpoint::Caller& caller, std::span<const std::uint8_t> sample) {
+      received(caller, sample);
+    };
+    endpoint_.emplace(participant, name, request, response, on_request,
+                      [this] { services_.host_.outbound().news.post(); });
   }
+  /// std::nullopt where the bytes are no request.
+  virtual std::optional<ros::Question> question(std::span<const std::uint8_t> sample) const = 0;
+  virtual std::string encoded(const Call& call, const ControlReply& reply) const = 0;
 
-  void received(const dds::SampleInfo& info, ros::Question question) {
-    Call call{this, caller_of(info), {}};
-    if (auto* asked = std::get_if<ros::Asked>(&question)) {
+ private:
+  void received(const RosEndpoint::Caller& caller, std::span<const std::uint8_t> sample) {
+    std::optional<ros::Question> found = question(sample);
+    if (!found) return;
+    Call call{this, caller, {}};
+    if (auto* asked = std::get_if<ros::Asked>(&*found)) {
       call.note = std::move(asked->note);
       if (std::string fault = find_text_fault(asked->request); !fault.empty())
         return services_.answer(std::move(call), {0, ControlResult::failed, std::move(fault)});
       services_.submit(std::move(call), std::move(asked->request));
     } else {
-      auto& refusal = std::get<Refusal>(question);
+      auto& refusal = std::get<Refusal>(*found);
       services_.answer(std::move(call), {0, refusal.result, std::move(refusal.message)});
     }
   }
 
   RosServices& services_;
-  dds::DataWriter* writer_ = nullptr;
-
- private:
-  std::mutex mutex_;
-  std::set<DdsGuid> readers_;  // guarded by mutex_
+  std::optional<RosEndpoint> endpoint_;
 };
 
 template <typename RequestType, typename ResponseType>
 class RosServices::TypedService final : public RosServices::Service {
  public:
   TypedService(RosServices& services, Participant& participant, const std::string& name) : Service(services) {
-    constexpr QosPolicy policy = qos_of(TopicQos::control);
-    writer_ = participant.create_writer<ResponseType>(
-        "rr/" + name + "Reply", writer_qos(participant.default_writer_qos(), policy), this);
-    participant.create_reader<RequestType>(
-        "rq/" + name + "Request", service_reader_qos(participant.default_reader_qos(), policy), this);
+    listen(participant, name, message_info<RequestType>(), message_info<ResponseType>());
   }
 
-  void on_data_available(dds::DataReader* reader) override {
-    RequestType message;
-    dds::SampleInfo info;
-    while (is_ok(reader->take_next_sample(&message, &info))) {
-      if (info.valid_data) received(info, ros::ask(message));
+  /// An exception would go through the threads of DDS and end the process.
+  std::optional<ros::Question> question(std::span<const std::uint8_t> sample) const override {
+    try {
+      RequestType message;
+      if (!cdr::read(sample, message)) return std::nullopt;
+      return ros::ask(message);
+    } catch (const std::exception&) {
+      return std::nullopt;
     }
   }
 
-  void write(const Call& call, const ControlReply& reply) override {
+  std::string encoded(const Call& call, const ControlReply& reply) const override {
     ResponseType message;
     ros::respond(reply, call.note, message);
-    rtps::WriteParams params;
-    params.related_sample_identity(call.caller);
-    // A reply that DDS refuses is lost; the caller's time-out reports it.
-    (void)written(*writer_, message, params);
+    std::string bytes;
+    (void)cdr::write(message, bytes);
+    return bytes;
   }
 };
 

@@ -2,10 +2,7 @@
 // The control requests as ROS 2 services: /<cell>/<service> of simulation_interfaces 2.1, and
 // /<cell>/control (takt_msgs/srv/Control), which takes any request of takt by name.
 //
-// A service is two topics, rq/<cell>/<service>Request and rr/<cell>/<service>Reply. A reply identifies its
-// request in its related_sample_identity, as rmw_fastrtps does: the caller's reply reader, which the request
-// carries in the same place (else the writer of the request), and the request's sequence number. Nodes on
-// rmw_cyclonedds write the identity into the payload instead and cannot call.
+// How a reply finds its caller: ros_endpoint.h.
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -15,6 +12,7 @@
 #include <vector>
 
 #include "server/dds/participant.h"
+#include "server/dds/ros_endpoint.h"
 #include "server/runtime/host/cell_host.h"
 
 namespace takt {
@@ -39,13 +37,12 @@ class RosServices {
   void write_replies(std::span<const ControlReply> replies);
 
  private:
-  /// One service. Its requests are read on a thread of DDS, its replies written on the publishing thread.
   class Service;
   template <typename RequestType, typename ResponseType>
   class TypedService;
   struct Call {
     Service* service = nullptr;
-    rtps::SampleIdentity caller;
+    RosEndpoint::Caller caller;
     std::string note;  ///< the part of the request that the response needs
   };
   struct Waiting {

@@ -8,6 +8,7 @@
 
 #include "idl/common/histogram.h"
 #include "server/runtime/loop/command_buffer.h"
+#include "server/runtime/loop/goal_monitor.h"
 #include "server/runtime/loop/lockstep_barrier.h"
 #include "server/runtime/loop/loop_context.h"
 
@@ -15,8 +16,8 @@ namespace takt {
 
 class CommandIntake {
  public:
-  /// Both arguments must outlive it.
-  CommandIntake(LoopContext& loop, LockstepBarrier& barrier);
+  /// All must outlive it.
+  CommandIntake(LoopContext& loop, LockstepBarrier& barrier, GoalMonitor& goals);
 
   /// Where adapters append.
   CommandBuffer& buffer() { return buffer_; }
@@ -28,6 +29,11 @@ class CommandIntake {
   bool has(int target) const { return waiting_[static_cast<std::size_t>(target)].has_value(); }
   /// The commands for the next step. In lockstep those of controllers wait for their boundary.
   std::span<const Command> take_batch();
+  /// Of the newest batch: the goal of each command, or nullptr.
+  std::span<const GoalPtr> batch_goals() const { return batch_goals_; }
+  /// The target stops in the next step, at a boundary or not, unless it gets another command by then: a robot
+  /// brakes, the jaws of a gripper stay where they are. A gripper that holds a Part keeps its command: it holds on.
+  void stop(int target);
   std::uint64_t applied() const { return applied_; }  ///< commands in all batches whose step was taken
   void count_applied() { applied_ += batch_.size(); }
   /// Wall time from the wire to the batch.
@@ -35,18 +41,28 @@ class CommandIntake {
 
   /// Sets the present instant of the simulation, for the rule about stamps.
   void set_present(double time_s) { buffer_.set_present(SimTime::from_seconds(time_s)); }
-  void drop(int target) { waiting_[static_cast<std::size_t>(target)].reset(); }
-  void drop_all() { waiting_.assign(waiting_.size(), std::nullopt); }
+  void drop(int target) { discard(waiting_[static_cast<std::size_t>(target)], GoalEnd::discarded); }
+  void drop_all(GoalEnd end = GoalEnd::discarded) {
+    for (auto& waiting : waiting_) discard(waiting, end);
+  }
   /// After a jump of the simulation to another instant: discards waiting commands, stamps and figures.
   void restart();
 
  private:
+  void discard(std::optional<ReceivedCommand>& waiting, GoalEnd end);
+  /// Of a goal that waits or runs.
+  void cancel(const ReceivedCommand& received);
+
   LoopContext& loop_;
   LockstepBarrier& barrier_;
+  GoalMonitor& goals_;
+  const std::shared_ptr<const JointPath> no_path_ = std::make_shared<JointPath>();
   CommandBuffer buffer_;
   std::vector<ReceivedCommand> incoming_;
   std::vector<std::optional<ReceivedCommand>> waiting_;  ///< by target: the newest not yet applied
+  std::vector<std::optional<Command>> stops_;            ///< by target
   std::vector<Command> batch_;
+  std::vector<GoalPtr> batch_goals_;
   std::uint64_t applied_ = 0;
   DurationHistogram latency_;
 };

@@ -13,6 +13,9 @@ LockstepBarrier::LockstepBarrier(LoopContext& loop)
     : loop_(loop), controllers_(target_count(loop.cell()), loop.cell().step_s) {}
 
 bool LockstepBarrier::admits(const ReceivedCommand& received) {
+  // A goal has no boundary in mind: it takes the place of the command at the next one of its target, or takes effect at
+  // once where no controller has the target.
+  if (received.goal != nullptr) return true;
   const auto* controller = controllers_.owner(received.target);
   const double step_s = loop_.cell().step_s;
   SimTime stamp = stamp_of(received.command);
