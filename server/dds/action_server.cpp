@@ -33,8 +33,8 @@ ActionServer::ActionServer(Participant& participant, const std::string& name, Ty
   using namespace action_msgs;
   try {
     const std::string base = name + "/_action/";
-    // As ROS 2 offers them: each change counts, and a late joiner gets the whole list.
-    constexpr QosPolicy feedback{.depth = 10}, status{.latched = true};
+    // As ROS 2 offers them, with room for feedback of a free pace: each counts. A late joiner gets the whole list of states.
+    constexpr QosPolicy feedback{.depth = 1000}, status{.latched = true};
     feedback_ = participant.create_bytes_writer(
         "rt/" + base + "feedback", *types_.feedback,
         writer_qos(participant.default_writer_qos(), feedback), nullptr);

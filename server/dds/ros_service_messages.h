@@ -6,6 +6,8 @@
 
 #include "ros2_service_msgs.h"
 #include "server/runtime/requests/control.h"
+#include "server/simulation/model/cell_description.h"
+#include "server/simulation/model/snapshot.h"
 
 namespace takt::ros {
 
@@ -35,6 +37,18 @@ Question ask(const srv::SetEntityState_Request& request);
 Question ask(const srv::SpawnEntity_Request& request);
 Question ask(const srv::DeleteEntity_Request& request);
 Question ask(const takt_msgs::srv::Control_Request& request);
+
+/// The newest published instant; nullptr without a scenario.
+struct Instant {
+  const CellDescription* cell = nullptr;
+  const Snapshot* snapshot = nullptr;
+};
+// Services that are no request of takt: answered from the newest instant. Bounds are a box in the entity's frame.
+void answer(const Instant& now, const srv::GetEntitiesStates_Request& request,
+            srv::GetEntitiesStates_Response& response);
+void answer(const Instant& now, const srv::GetEntityInfo_Request& request, srv::GetEntityInfo_Response& response);
+void answer(const Instant& now, const srv::GetEntityBounds_Request& request,
+            srv::GetEntityBounds_Response& response);
 
 simulation_interfaces::msg::Result result_of(const ControlReply& reply);
 

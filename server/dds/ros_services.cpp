@@ -7,7 +7,6 @@
 
 #include "idl/common/cdr.h"
 #include "ros2_service_msgs.h"
-#include "server/dds/ros_service_messages.h"
 #include "server/runtime/monotonic_clock.h"
 #include "server/runtime/requests/request_text.h"
 
@@ -28,7 +27,9 @@ class RosServices::Service {
   Service& operator=(const Service&) = delete;
 
   bool reaches(const RosEndpoint::Caller& caller) { return endpoint_->reaches(caller); }
-  void write(const Call& call, const ControlReply& reply) { endpoint_->write(call.caller, encoded(call, reply)); }
+  void write(const Call& call, const ControlReply& reply, const ros::Instant& now) {
+    endpoint_->write(call.caller, encoded(call, reply, now));
+  }
 
  protected:
   void listen(Participant& participant, const std::string& name, const MessageInfo& request,
@@ -41,10 +42,9 @@ class RosServices::Service {
   }
   /// std::nullopt where the bytes are no request.
   virtual std::optional<ros::Question> question(std::span<const std::uint8_t> sample) const = 0;
-  virtual std::string encoded(const Call& call, const ControlReply& reply) const = 0;
+  virtual std::string encoded(const Call& call, const ControlReply& reply, const ros::Instant& now) const = 0;
 
- private:
-  void received(const RosEndpoint::Caller& caller, std::span<const std::uint8_t> sample) {
+  virtual void received(const RosEndpoint::Caller& caller, std::span<const std::uint8_t> sample) {
     std::optional<ros::Question> found = question(sample);
     if (!found) return;
     Call call{this, caller, {}};
@@ -60,6 +60,8 @@ class RosServices::Service {
   }
 
   RosServices& services_;
+
+ private:
   std::optional<RosEndpoint> endpoint_;
 };
 
@@ -81,12 +83,41 @@ class RosServices::TypedService final : public RosServices::Service {
     }
   }
 
-  std::string encoded(const Call& call, const ControlReply& reply) const override {
+  std::string encoded(const Call& call, const ControlReply& reply, const ros::Instant&) const override {
     ResponseType message;
     ros::respond(reply, call.note, message);
     std::string bytes;
     (void)cdr::write(message, bytes);
     return bytes;
+  }
+};
+
+/// A service that the publishing thread answers from the newest instant.
+template <typename RequestType, typename ResponseType>
+class RosServices::InstantService final : public RosServices::Service {
+ public:
+  InstantService(RosServices& services, Participant& participant, const std::string& name) : Service(services) {
+    listen(participant, name, message_info<RequestType>(), message_info<ResponseType>());
+  }
+
+ private:
+  std::optional<ros::Question> question(std::span<const std::uint8_t>) const override { return std::nullopt; }
+  void received(const RosEndpoint::Caller& caller, std::span<const std::uint8_t> sample) override {
+    services_.answer({this, caller, std::string(reinterpret_cast<const char*>(sample.data()), sample.size())}, {});
+  }
+  std::string encoded(const Call& call, const ControlReply&, const ros::Instant& now) const override {
+    RequestType request;
+    ResponseType response;
+    const auto* bytes = reinterpret_cast<const std::uint8_t*>(call.note.data());
+    if (cdr::read({bytes, call.note.size()}, request)) {
+      ros::answer(now, request, response);
+    } else {
+      response.result.error_message = "The request cannot be read.";
+      response.result.result = static_cast<std::uint8_t>(ControlResult::failed);
+    }
+    std::string encoded;
+    (void)cdr::write(response, encoded);
+    return encoded;
   }
 };
 
@@ -103,6 +134,13 @@ void RosServices::serve(Participant& participant, const std::string& cell) {
   TAKT_FOR_EACH_ROS_SERVICE(TAKT_SERVICE)
   TAKT_SERVICE(takt_msgs::srv::Control, "control", )
 #undef TAKT_SERVICE
+  const auto add_instant = [&]<typename Request, typename Response>(const char* name) {
+    services_.push_back(
+        std::make_unique<InstantService<Request, Response>>(*this, participant, cell + "/" + name));
+  };
+  add_instant.operator()<GetEntitiesStates_Request, GetEntitiesStates_Response>("get_entities_states");
+  add_instant.operator()<GetEntityInfo_Request, GetEntityInfo_Response>("get_entity_info");
+  add_instant.operator()<GetEntityBounds_Request, GetEntityBounds_Response>("get_entity_bounds");
 }
 
 void RosServices::submit(Call call, ControlRequest request) {
@@ -123,7 +161,7 @@ void RosServices::answer(Call call, ControlReply reply) {
   host_.outbound().news.post();
 }
 
-void RosServices::write_replies(std::span<const ControlReply> replies) {
+void RosServices::write_replies(std::span<const ControlReply> replies, const ros::Instant& present) {
   const std::int64_t now = monotonic_now_ns();
   std::vector<Waiting> due;
   {
@@ -144,7 +182,7 @@ void RosServices::write_replies(std::span<const ControlReply> replies) {
     if (waiting_.size() > kRemembered)
       waiting_.erase(waiting_.begin(), waiting_.end() - static_cast<std::ptrdiff_t>(kRemembered));
   }
-  for (Waiting& waiting : due) waiting.call.service->write(waiting.call, sanitize(std::move(waiting.reply)));
+  for (Waiting& waiting : due) waiting.call.service->write(waiting.call, sanitize(std::move(waiting.reply)), present);
 }
 
 }  // namespace takt

@@ -13,6 +13,7 @@
 
 #include "server/dds/participant.h"
 #include "server/dds/ros_endpoint.h"
+#include "server/dds/ros_service_messages.h"
 #include "server/runtime/host/cell_host.h"
 
 namespace takt {
@@ -34,16 +35,19 @@ class RosServices {
 
   /// Publishing thread: writes the replies of the services, and those that wait for the discovery of their
   /// caller's reader.
-  void write_replies(std::span<const ControlReply> replies);
+  /// `now` answers what is no request of takt.
+  void write_replies(std::span<const ControlReply> replies, const ros::Instant& now);
 
  private:
   class Service;
   template <typename RequestType, typename ResponseType>
   class TypedService;
+  template <typename RequestType, typename ResponseType>
+  class InstantService;
   struct Call {
     Service* service = nullptr;
     RosEndpoint::Caller caller;
-    std::string note;  ///< the part of the request that the response needs
+    std::string note;  ///< the part of the request that the response needs; all of it where the instant answers
   };
   struct Waiting {
     Call call;

@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <functional>
 
+#include "idl/common/stamp.h"
 #include "tests/support/action_client.h"
 #include "tests/support/child_process.h"
 #include "tests/support/dds_service.h"
@@ -236,6 +237,34 @@ TEST(RosActions, AGripperGoesToAWidthByEitherAction) {
   ASSERT_TRUE(parallel->send(5, wide).accepted);
   ASSERT_EQ(control.request("step", {{"steps", "10"}}).result, 1);
   EXPECT_EQ(gripper->result(2).status, 6);
+}
+
+TEST(RosActions, StepsAreTakenWithProgressAndCanBeCancelled) {
+  RunLoopOptions options = free_running();
+  options.state = SimulationState::paused;
+  DdsService service(options);
+  std::unique_ptr<ActionClient<actions::SimulateSteps>> steps;
+  RawDdsClient dds(test_domain());
+  steps = std::make_unique<ActionClient<actions::SimulateSteps>>(dds, "");
+  EXPECT_FALSE(steps->send(1, {0}).accepted);
+  ASSERT_TRUE(steps->send(2, {250}).accepted);
+  const auto done = steps->result(2);
+  EXPECT_EQ(done.status, 4);
+  EXPECT_EQ(done.result.result.result, 1);
+  ASSERT_TRUE(steps->feedback->wait_until([](const auto& all) { return !all.empty(); }));
+  EXPECT_EQ(steps->feedback->messages().back().feedback.completed_steps, 250U);
+  EXPECT_EQ(steps->feedback->messages().back().feedback.remaining_steps, 0U);
+  ASSERT_TRUE(steps->send(3, {1'000'000'000}).accepted);
+  EXPECT_FALSE(steps->send(4, {1}).accepted) << "one at a time";
+  EXPECT_EQ(steps->cancel(3).return_code, 0);
+  EXPECT_EQ(steps->result(3).status, 5);
+  EXPECT_EQ(steps->states(3, 5), (States{1, 2, 3, 5}));
+  RawCellClient control;
+  ASSERT_EQ(control.request("set_state", {{"state", "playing"}}).result, 1);
+  ASSERT_TRUE(steps->send(5, {1}).accepted);
+  const auto refused = steps->result(5);
+  EXPECT_EQ(refused.status, 6);
+  EXPECT_EQ(refused.result.result.result, 3) << "it plays";
 }
 
 #ifdef TAKT_HAS_CYCLONE

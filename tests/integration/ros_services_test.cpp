@@ -80,6 +80,9 @@ TEST(RosServices, AStockNodeRunsTheCell) {
 TEST(RosServices, EntitiesAreListedMovedMadeAndDeleted) {
   HostedService service;
   std::unique_ptr<CALLER(GetEntities, )> list;
+  std::unique_ptr<CALLER(GetEntitiesStates, )> all;
+  std::unique_ptr<CALLER(GetEntityInfo, )> info;
+  std::unique_ptr<CALLER(GetEntityBounds, )> bounds;
   std::unique_ptr<CALLER(GetEntityState, )> get;
   std::unique_ptr<CALLER(SetEntityState, )> set;
   std::unique_ptr<CALLER(SpawnEntity, )> spawn;
@@ -90,6 +93,9 @@ TEST(RosServices, EntitiesAreListedMovedMadeAndDeleted) {
     caller = std::make_unique<std::remove_reference_t<decltype(*caller)>>(dds, name);
   };
   make(list, "get_entities");
+  make(all, "get_entities_states");
+  make(info, "get_entity_info");
+  make(bounds, "get_entity_bounds");
   make(get, "get_entity_state");
   make(set, "set_entity_state");
   make(spawn, "spawn_entity");
@@ -109,17 +115,38 @@ TEST(RosServices, EntitiesAreListedMovedMadeAndDeleted) {
   };
   using Names = std::vector<std::string>;
   EXPECT_EQ(names("^[PC]$").second, (Names{"P", "C"}));
-  EXPECT_EQ(names("", {1}).second, (Names{"P", "C"}));
-  EXPECT_EQ(names("^Gripper1$", {2}).second, (Names{"Gripper1"}));
+  EXPECT_EQ(names("", {0}).second, (Names{"P", "C"}));
+  EXPECT_EQ(names("^Gripper1$", {1}).second, (Names{"Gripper1"}));
   EXPECT_EQ(names("nothing like it"), std::pair(std::uint8_t{1}, Names{}));
   EXPECT_EQ(names("(").first, 4);
   EXPECT_EQ(names("(a{1,30000}){1,30000}").first, 0);
+
+  srv::GetEntitiesStates_Request parts;
+  parts.filters.filter = "^[PC]$";
+  const auto states = all->call(parts);
+  EXPECT_EQ(states.result.result, 1);
+  EXPECT_EQ(states.entities, (Names{"P", "C"}));
+  ASSERT_EQ(states.states.size(), 2U);
+  parts.filters.filter = "(";
+  EXPECT_EQ(all->call(parts).result.result, 4);
+  const auto known = info->call({"C"});
+  EXPECT_EQ(known.result.result, 1);
+  EXPECT_EQ(known.info.category.category, 0);
+  EXPECT_EQ(known.info.description, "part of 0.5 kg, hierarchy 3");
+  EXPECT_EQ(info->call({"nobody"}).result.result, 2);
+  const auto box = bounds->call({"P"});
+  ASSERT_EQ(box.result.result, 1);
+  EXPECT_EQ(box.bounds.type, 1);
+  ASSERT_EQ(box.bounds.points.size(), 2U);
+  EXPECT_GT(box.bounds.points[0].x, box.bounds.points[1].x);
+  EXPECT_EQ(bounds->call({"nobody"}).result.result, 2);
 
   srv::GetEntityState_Request which;
   which.entity = "C";
   const auto before = get->call(which);
   ASSERT_EQ(before.result.result, 1);
   EXPECT_EQ(before.state.header.frame_id, "world");
+  EXPECT_EQ(before.state, states.states[1]);
   srv::SetEntityState_Request there;
   there.entity = "C";
   there.state = before.state;

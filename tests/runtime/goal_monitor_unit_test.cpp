@@ -2,11 +2,15 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 
 #include "server/runtime/loop/run_loop.h"
 #include "tests/support/constants.h"
 #include "tests/support/loop_reader.h"
 #include "tests/support/service_cell.h"
+#include "tests/support/temporary_directory.h"
 
 namespace takt {
 namespace {
@@ -56,15 +60,15 @@ Order cancel(std::uint64_t number, int target) {
   goal->number = number;
   goal->target = target;
   GripperCommand of_gripper;
-  of_gripper.gripper = target - 2;
-  return {target < 2 ? Command(TrajectoryCommand{target, {}, {}}) : Command(of_gripper), goal};
+  of_gripper.gripper = 0;
+  return {target == 0 ? Command(TrajectoryCommand{target, {}, {}}) : Command(of_gripper), goal};
 }
 
 /// A paused loop that a test steps.
 class GoalMonitorTest : public testing::Test {
  protected:
-  explicit GoalMonitorTest(Pace pace = Pace::free)
-      : loop_(simulation_, {.pace = pace, .state = SimulationState::paused}), reader_(loop_) {
+  explicit GoalMonitorTest(Pace pace = Pace::free, const std::shared_ptr<const CellModel>& model = test::service_model())
+      : simulation_(model), loop_(simulation_, {.pace = pace, .state = SimulationState::paused}), reader_(loop_) {
     loop_.start();
   }
   ~GoalMonitorTest() override { loop_.stop(); }
@@ -90,7 +94,7 @@ class GoalMonitorTest : public testing::Test {
     return reader_.wait_until([&] { return end(number) != nullptr; }) ? end(number) : nullptr;
   }
 
-  Simulation simulation_{test::service_model()};
+  Simulation simulation_;
   RunLoop loop_;
   test::LoopReader reader_;
   std::vector<GoalReport> reports_;
@@ -255,6 +259,65 @@ TEST_F(GoalMonitorLockstepTest, AGoalTakesThePlaceOfACommandAtTheBoundaryOfItsCo
   ASSERT_NE(wait_for_end(1), nullptr);
   EXPECT_EQ(end(1)->end, GoalEnd::reached);
   EXPECT_NEAR(end(1)->time_s, 0.2, 1e-12) << "it took effect at the boundary that the loop waited at";
+}
+
+/// The cell of config/scenarios/weak_grip.yaml, without gravity and with open jaws.
+std::shared_ptr<const CellModel> floating_block() {
+  const std::filesystem::path scenarios = std::filesystem::path(TAKT_CONFIG_DIR) / "scenarios";
+  std::ifstream file(scenarios / "weak_grip.yaml");
+  std::string text((std::istreambuf_iterator<char>(file)), {});
+  const auto change = [&](const std::string& from, const std::string& to) {
+    ASSERT_NE(text.find(from), std::string::npos) << from;
+    for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size())
+      text.replace(at, from.size(), to);
+  };
+  change("../", std::string(TAKT_CONFIG_DIR) + "/");
+  change("initial_width_m: 0.070", "initial_width_m: 0.110");
+  change("solver:", "world: {gravity_m_per_s2: [0, 0, 0]}\n\nsolver:");
+  test::TemporaryDirectory directory;
+  directory.write("floating.yaml", text);
+  return load_cell(directory / "floating.yaml");
+}
+
+class GoalMonitorGripTest : public GoalMonitorTest {
+ protected:
+  GoalMonitorGripTest() : GoalMonitorTest(Pace::free, floating_block()) {}
+};
+
+TEST_F(GoalMonitorGripTest, JawsThatHoldAPartStallAndKeepItWhenTheirGoalIsCancelled) {
+  const GripperDescription& gripper = cell().grippers[0];
+  const int block = cell().find_component("Block");
+  Order close = grip(1, 0.0);
+  close.goal->target = 1;
+  Order again = grip(2, 0.01);
+  again.goal->target = 1;
+  Snapshot snapshot = simulation_.make_snapshot();
+  ASSERT_TRUE(loop_.between_steps([&] {
+    // The block, whose origin is in its base, centred between the jaws.
+    simulation_.read_snapshot(snapshot);
+    const ComponentSample& palm = snapshot.components[static_cast<std::size_t>(gripper.component)];
+    const Quat q_WT = palm.q_WB * gripper.X_GT.quaternion();
+    Pose there;
+    there.p = palm.p_WB + palm.q_WB * gripper.X_GT.p + q_WT * Vec3(0.0, 0.0, 0.045);
+    there.R = (q_WT * Quat(0.0, 1.0, 0.0, 0.0)).toRotationMatrix();
+    EXPECT_EQ(simulation_.set_component_state(block, there, Twist{}), "");
+  }));
+  append(close);
+  step(1000);
+  EXPECT_EQ(end(1), nullptr) << "the jaws have stood for less than a second";
+  step(1000);
+  ASSERT_NE(end(1), nullptr);
+  EXPECT_EQ(end(1)->end, GoalEnd::stalled);
+  EXPECT_EQ(end(1)->part, block);
+  EXPECT_GT(end(1)->width_m, 0.05);
+  append(again);
+  step(100);
+  append(cancel(2, 1));
+  ASSERT_NE(wait_for_end(2), nullptr);
+  step(500);
+  ASSERT_TRUE(loop_.between_steps([&] { simulation_.read_snapshot(snapshot); }));
+  EXPECT_EQ(snapshot.grippers[0].part, block);
+  EXPECT_EQ(snapshot.grippers[0].commands_applied, 2U);
 }
 
 }  // namespace
