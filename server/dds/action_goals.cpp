@@ -87,8 +87,8 @@ sensor_msgs::msg::JointState jaw_state(const GoalReport& report, const CellDescr
 
 }  // namespace
 
-Validated<MotionOrder> order_of(const CellDescription& cell, int target, std::uint64_t number, SimTime present,
-                                actions::FollowJointTrajectory::Goal&& goal) {
+Validated<MotionOrder> order_of(const CellDescription& cell, int target, std::uint64_t number,
+                                SimTime present, actions::FollowJointTrajectory::Goal&& goal) {
   const auto refuse = [&](RejectionCode code, const std::string& message) {
     return refusal(cell, target, code, message);
   };
@@ -188,7 +188,8 @@ std::string text_of(const GoalReport& report, const CellDescription& cell, int t
     joint = "joint '" + model.name + "'";
     unit = std::string(model.type == JointType::revolute ? "rad" : "m") + (report.of_velocity ? "/s" : "");
   }
-  const std::string amount = number_text(report.value) + " " + unit, limit = number_text(report.limit) + " " + unit;
+  const std::string amount = number_text(report.value) + " " + unit,
+                    limit = number_text(report.limit) + " " + unit;
   switch (report.end) {
     case GoalEnd::none:
       return {};
@@ -215,8 +216,6 @@ std::string text_of(const GoalReport& report, const CellDescription& cell, int t
       return "The end of the trajectory was over when it took effect.";
     case GoalEnd::reset:
       return "The simulation was reset or ended during the goal.";
-    case GoalEnd::discarded:
-      return "A change of pace or state discarded the goal before it took effect.";
   }
   return {};
 }
@@ -226,7 +225,9 @@ void fill(const GoalReport& report, const CellDescription& cell, int target,
   const auto& joints = robot_of(cell, target).arm.joints;
   feedback.header.stamp = to_time(report.time_s);
   const auto n = static_cast<std::ptrdiff_t>(joints.size());
-  const auto list = [n](const JointArray& values) { return std::vector<double>(values.begin(), values.begin() + n); };
+  const auto list = [n](const JointArray& values) {
+    return std::vector<double>(values.begin(), values.begin() + n);
+  };
   for (const JointModel& joint : joints) feedback.joint_names.push_back(joint.name);
   feedback.desired.positions = list(report.desired_position);
   feedback.desired.velocities = list(report.desired_velocity);

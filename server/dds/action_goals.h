@@ -28,12 +28,12 @@ struct MotionOrder {
   GoalPtr goal;
 };
 /// `present`: simulated time. `target`: target_of() the robot or gripper. A refusal is a whole sentence.
-Validated<MotionOrder> order_of(const CellDescription& cell, int target, std::uint64_t number, SimTime present,
-                                actions::FollowJointTrajectory::Goal&& goal);
-Validated<MotionOrder> order_of(const CellDescription& cell, int target, std::uint64_t number, SimTime present,
-                                actions::GripperCmd::Goal&& goal);
-Validated<MotionOrder> order_of(const CellDescription& cell, int target, std::uint64_t number, SimTime present,
-                                actions::ParallelGripperCmd::Goal&& goal);
+Validated<MotionOrder> order_of(const CellDescription& cell, int target, std::uint64_t number,
+                                SimTime present, actions::FollowJointTrajectory::Goal&& goal);
+Validated<MotionOrder> order_of(const CellDescription& cell, int target, std::uint64_t number,
+                                SimTime present, actions::GripperCmd::Goal&& goal);
+Validated<MotionOrder> order_of(const CellDescription& cell, int target, std::uint64_t number,
+                                SimTime present, actions::ParallelGripperCmd::Goal&& goal);
 
 /// To cancel a goal. Its command is never applied: it says which target is meant.
 MotionOrder cancellation_of(const CellDescription& cell, int target, std::uint64_t number);

@@ -10,11 +10,11 @@
 namespace takt {
 namespace {
 
-constexpr std::int64_t kLongestWait_ns = 1'000'000'000;
+constexpr std::int64_t kLongestReplyWait_ns = 1'000'000'000;
 /// Most requests and replies of an action that wait.
 constexpr std::size_t kMaxWaiting = 1000;
 
-std::span<const std::uint8_t> bytes_of(const std::string& text) {
+std::span<const std::uint8_t> sample_bytes(const std::string& text) {
   return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
 }
 
@@ -35,9 +35,9 @@ ActionServer::ActionServer(Participant& participant, const std::string& name, Ty
     const std::string base = name + "/_action/";
     // As ROS 2 offers them, with room for feedback of a free pace: each counts. A late joiner gets the whole list of states.
     constexpr QosPolicy feedback{.depth = 1000}, status{.latched = true};
-    feedback_ = participant.create_bytes_writer(
-        "rt/" + base + "feedback", *types_.feedback,
-        writer_qos(participant.default_writer_qos(), feedback), nullptr);
+    feedback_ =
+        participant.create_bytes_writer("rt/" + base + "feedback", *types_.feedback,
+                                        writer_qos(participant.default_writer_qos(), feedback), nullptr);
     status_ = participant.create_bytes_writer("rt/" + base + "status", message_info<msg::GoalStatusArray>(),
                                               writer_qos(participant.default_writer_qos(), status), nullptr);
     write_status();
@@ -99,11 +99,11 @@ void ActionServer::serve(ActionExecutor& executor, std::int64_t present_ns) {
 }
 
 void ActionServer::send_goal(const Incoming& incoming, ActionExecutor& executor, std::int64_t present_ns) {
-  const auto id = types_.goal_id(bytes_of(incoming.sample));
+  const auto id = types_.goal_id(sample_bytes(incoming.sample));
   if (!id) return;
   const std::uint64_t number = ++numbers_;
   bool accepted = table_.accept(*id, present_ns, number);
-  if (accepted && executor.begin(bytes_of(incoming.sample), number)) {
+  if (accepted && executor.begin(sample_bytes(incoming.sample), number)) {
     table_.withdraw(number);
     accepted = false;
   }
@@ -119,7 +119,7 @@ void ActionServer::send_goal(const Incoming& incoming, ActionExecutor& executor,
 
 void ActionServer::cancel_goal(const Incoming& incoming, ActionExecutor& executor) {
   action_msgs::srv::CancelGoal_Request request;
-  if (!cdr::read(bytes_of(incoming.sample), request)) return;
+  if (!cdr::read(sample_bytes(incoming.sample), request)) return;
   const auto& meant = request.goal_info;
   const auto found = table_.find_cancelled(meant.goal_id.uuid, nanoseconds_of(meant.stamp));
   action_msgs::srv::CancelGoal_Response response;
@@ -137,7 +137,7 @@ void ActionServer::cancel_goal(const Incoming& incoming, ActionExecutor& executo
 void ActionServer::get_result(const Incoming& incoming) {
   // Only the goal id, for every action.
   simulation_interfaces::action::SimulateSteps_GetResult_Request request;
-  if (!cdr::read(bytes_of(incoming.sample), request)) return;
+  if (!cdr::read(sample_bytes(incoming.sample), request)) return;
   const GoalTable::Goal* goal = table_.find(request.goal_id.uuid);
   if (goal == nullptr) return reply(*get_result_, incoming.caller, types_.unknown_result);
   if (const auto result = results_.find(goal->number); result != results_.end())
@@ -179,7 +179,7 @@ void ActionServer::reply(RosEndpoint& endpoint, const RosEndpoint::Caller& calle
 void ActionServer::write_replies() {
   const std::int64_t now = monotonic_now_ns();
   std::erase_if(outgoing_, [&](Outgoing& one) {
-    if (!one.endpoint->reaches(one.caller) && now - one.since_ns <= kLongestWait_ns) return false;
+    if (!one.endpoint->reaches(one.caller) && now - one.since_ns <= kLongestReplyWait_ns) return false;
     one.endpoint->write(one.caller, std::move(one.sample));
     return true;
   });

@@ -63,7 +63,8 @@ class ActionServers::Motion : public ActionExecutor {
   }
 
  protected:
-  virtual Validated<ros::MotionOrder> order_of(std::span<const std::uint8_t> request, std::uint64_t number) = 0;
+  virtual Validated<ros::MotionOrder> order_of(std::span<const std::uint8_t> request,
+                                               std::uint64_t number) = 0;
   virtual std::string feedback(const GoalId& id, const GoalReport& report) const = 0;
   virtual std::string result(GoalState state, const GoalReport& report) const = 0;
 
@@ -86,13 +87,15 @@ class ActionServers::Motion : public ActionExecutor {
 template <typename Action>
 class ActionServers::TypedMotion final : public ActionServers::Motion {
  public:
-  TypedMotion(ActionServers& owner, int target) : Motion(owner, action_types<Action>(), Action::info, target) {}
+  TypedMotion(ActionServers& owner, int target)
+      : Motion(owner, action_types<Action>(), Action::info, target) {}
 
  private:
   Validated<ros::MotionOrder> order_of(std::span<const std::uint8_t> request, std::uint64_t number) override {
     typename Action::SendGoalRequest message;
     if (!cdr::read(request, message))
-      return Rejection{RejectionCode::malformed, std::string(target_name(cell(), target())), "the goal is no goal"};
+      return Rejection{RejectionCode::malformed, std::string(target_name(cell(), target())),
+                       "the goal is no goal"};
     return ros::order_of(cell(), target(), number, present(), std::move(message.goal));
   }
   std::string feedback(const GoalId& id, const GoalReport& report) const override {
@@ -142,7 +145,7 @@ class ActionServers::Steps final : public ActionExecutor {
   void cancel(std::uint64_t number) override {
     if (number != running_) return;
     requests_.push_back(control_request(requests::SetState{SimulationState::paused}));
-    requests_.back().id = kFirstId;  // nobody waits for its reply
+    requests_.back().id = kFirstId;  // its reply is not waited for
   }
 
   /// To be submitted without a lock.
@@ -152,9 +155,9 @@ class ActionServers::Steps final : public ActionExecutor {
     if (running_ == 0 || reply.id != kFirstId + running_) return;
     Action::GetResultResponse response;
     const bool done = reply.result == ControlResult::ok;
-    const GoalState state = done                             ? GoalState::succeeded
+    const GoalState state = done                          ? GoalState::succeeded
                             : server_.canceling(running_) ? GoalState::canceled
-                                                             : GoalState::aborted;
+                                                          : GoalState::aborted;
     response.status = static_cast<std::int8_t>(state);
     response.result.result.result = static_cast<std::uint8_t>(reply.result);
     response.result.result.error_message = done ? std::string() : utf8_sanitize(reply.message, 1000);

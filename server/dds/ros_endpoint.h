@@ -5,7 +5,7 @@
 //   request carries in the same place (else the writer of the request), and the request's sequence number.
 // - rmw_cyclonedds: 16 bytes ahead of each message name the caller and its request (uint64 guid, int64 number, in the
 //   byte order of the message); the reply repeats them. The vendor of the caller's participant, which its GUID begins
-//   with, tells the two apart.
+//   with, distinguishes the two.
 //
 // Every reply reaches all readers. A caller of the one kind drops what is meant for the other: by the identity, or by 16
 // bytes that are not its own. Callers count readers and writers, so that each topic has exactly one.

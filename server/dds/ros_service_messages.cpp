@@ -132,8 +132,8 @@ int find_entity(const Instant& now, const std::string& name, msg::Result& result
   }
   const int found = now.cell->find_component(name);
   result = found >= 0 ? result_with(ControlResult::ok)
-                      : result_with(ControlResult::not_found, "There is no entity '" + utf8_sanitize(name, 60) +
-                                                                  "'; there are " +
+                      : result_with(ControlResult::not_found, "There is no entity '" +
+                                                                  utf8_sanitize(name, 60) + "'; there are " +
                                                                   list_names(now.cell->components) + ".");
   return found;
 }
@@ -172,15 +172,16 @@ void answer(const Instant& now, const srv::GetEntitiesStates_Request& request,
   }
 }
 
-void answer(const Instant& now, const srv::GetEntityInfo_Request& request, srv::GetEntityInfo_Response& response) {
+void answer(const Instant& now, const srv::GetEntityInfo_Request& request,
+            srv::GetEntityInfo_Response& response) {
   const int found = find_entity(now, request.entity, response.result);
   if (found < 0) return;
   const ComponentDescription& component = now.cell->components[static_cast<std::size_t>(found)];
   response.info.category.category = category_number(component.type);
   response.info.description = std::string(to_string(component.type));
   if (component.type == ComponentType::part)
-    response.info.description += " of " + number_text(component.mass_kg) + " kg, hierarchy " +
-                                 std::to_string(component.hierarchy);
+    response.info.description +=
+        " of " + number_text(component.mass_kg) + " kg, hierarchy " + std::to_string(component.hierarchy);
 }
 
 void answer(const Instant& now, const srv::GetEntityBounds_Request& request,
@@ -328,11 +329,16 @@ void respond(const ControlReply& reply, const std::string&, srv::GetSimulatorFea
   const auto known =
       response_of<requests::GetFeaturesResponse>(reply).value_or(requests::GetFeaturesResponse{});
   auto& features = response.features;
-  features.features = {kSpawning,           kDeleting,           kEntityBounds,      kEntityCategories,
-                       kEntityStateGetting, kEntityStateSetting, kEntityInfoGetting, kReset,
-                       kResetTime,          kResetState,         kResetSpawned,      kStateGetting,
-                       kStateSetting,       kPause,              kStepSingle,        kStepMultiple,
-                       kStepAction,         kWorldLoading,       kWorldUnloading};
+  features.features = {kSpawning,           kDeleting,
+                       kEntityBounds,       kEntityCategories,
+                       kEntityStateGetting, kEntityStateSetting,
+                       kEntityInfoGetting,  kReset,
+                       kResetTime,          kResetState,
+                       kResetSpawned,       kStateGetting,
+                       kStateSetting,       kPause,
+                       kStepSingle,         kStepMultiple,
+                       kStepAction,         kWorldLoading,
+                       kWorldUnloading};
   features.spawn_formats = known.spawn_formats;
   features.custom_info = reply.message + " Further requests by the service 'control':";
   for (const std::string& request : known.requests) features.custom_info += " " + request;

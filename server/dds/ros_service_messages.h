@@ -46,7 +46,8 @@ struct Instant {
 // Services that are no request of takt: answered from the newest instant. Bounds are a box in the entity's frame.
 void answer(const Instant& now, const srv::GetEntitiesStates_Request& request,
             srv::GetEntitiesStates_Response& response);
-void answer(const Instant& now, const srv::GetEntityInfo_Request& request, srv::GetEntityInfo_Response& response);
+void answer(const Instant& now, const srv::GetEntityInfo_Request& request,
+            srv::GetEntityInfo_Response& response);
 void answer(const Instant& now, const srv::GetEntityBounds_Request& request,
             srv::GetEntityBounds_Response& response);
 

@@ -96,14 +96,16 @@ class RosServices::TypedService final : public RosServices::Service {
 template <typename RequestType, typename ResponseType>
 class RosServices::InstantService final : public RosServices::Service {
  public:
-  InstantService(RosServices& services, Participant& participant, const std::string& name) : Service(services) {
+  InstantService(RosServices& services, Participant& participant, const std::string& name)
+      : Service(services) {
     listen(participant, name, message_info<RequestType>(), message_info<ResponseType>());
   }
 
  private:
   std::optional<ros::Question> question(std::span<const std::uint8_t>) const override { return std::nullopt; }
   void received(const RosEndpoint::Caller& caller, std::span<const std::uint8_t> sample) override {
-    services_.answer({this, caller, std::string(reinterpret_cast<const char*>(sample.data()), sample.size())}, {});
+    services_.answer({this, caller, std::string(reinterpret_cast<const char*>(sample.data()), sample.size())},
+                     {});
   }
   std::string encoded(const Call& call, const ControlReply&, const ros::Instant& now) const override {
     RequestType request;
@@ -182,7 +184,8 @@ void RosServices::write_replies(std::span<const ControlReply> replies, const ros
     if (waiting_.size() > kRemembered)
       waiting_.erase(waiting_.begin(), waiting_.end() - static_cast<std::ptrdiff_t>(kRemembered));
   }
-  for (Waiting& waiting : due) waiting.call.service->write(waiting.call, sanitize(std::move(waiting.reply)), present);
+  for (Waiting& waiting : due)
+    waiting.call.service->write(waiting.call, sanitize(std::move(waiting.reply)), present);
 }
 
 }  // namespace takt

@@ -47,7 +47,8 @@ class RosServices {
   struct Call {
     Service* service = nullptr;
     RosEndpoint::Caller caller;
-    std::string note;  ///< the part of the request that the response needs; all of it where the instant answers
+    std::string
+        note;  ///< the part of the request that the response needs; all of it where the instant answers
   };
   struct Waiting {
     Call call;

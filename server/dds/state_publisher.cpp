@@ -148,7 +148,8 @@ void StatePublisher::write_news(bool with_status) {
   const std::vector<ControlReply> replies = host_.outbound().take_replies();
   control_.write_replies(replies);
   const Snapshot* newest = publisher_ ? publisher_->newest() : nullptr;
-  services_.write_replies(replies, newest != nullptr ? ros::Instant{&publisher_->cell(), newest} : ros::Instant{});
+  services_.write_replies(replies,
+                          newest != nullptr ? ros::Instant{&publisher_->cell(), newest} : ros::Instant{});
   actions_.take_replies(replies);
 }
 

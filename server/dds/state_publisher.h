@@ -9,11 +9,11 @@
 #include <string>
 
 #include "idl/common/histogram.h"
+#include "server/dds/action_servers.h"
 #include "server/dds/cell_publisher.h"
 #include "server/dds/command_subscriber.h"
 #include "server/dds/control_service.h"
 #include "server/dds/participant.h"
-#include "server/dds/action_servers.h"
 #include "server/dds/ros_services.h"
 #include "server/dds/sender_registry.h"
 #include "server/dds/topic_names.h"

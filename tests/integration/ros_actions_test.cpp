@@ -31,8 +31,8 @@ RunLoopOptions in_real_time() {
 
 /// The first joint goes by `distance_rad` in `duration_s`; all others stay.
 Goal turn(const CellDescription& cell, double distance_rad, double duration_s) {
-  const std::vector<double> start{0, -1.5707963267948966, 1.5707963267948966, -1.5707963267948966,
-                                  -1.5707963267948966, 0};
+  const std::vector<double> start{
+      0, -1.5707963267948966, 1.5707963267948966, -1.5707963267948966, -1.5707963267948966, 0};
   Goal goal;
   for (const JointModel& joint : cell.robots[0].arm.joints) goal.trajectory.joint_names.push_back(joint.name);
   auto& point = goal.trajectory.points.emplace_back();
@@ -113,8 +113,13 @@ TEST(RosActions, WrongGoalsAreRefused) {
   EXPECT_TRUE(refused([](Goal& g) { g.trajectory.points[0].positions[0] = NAN; }));
   EXPECT_TRUE(refused([](Goal& g) { g.multi_dof_trajectory.points.emplace_back(); }));
   EXPECT_TRUE(refused([](Goal& g) { g.path_tolerance.push_back({"nobody", 0.1, 0, 0}); }));
-  EXPECT_TRUE(refused([&](Goal& g) { g.path_tolerance.push_back({g.trajectory.joint_names[0], -2.0, 0, 0}); }));
-  EXPECT_TRUE(refused([](Goal& g) { g.trajectory.header.stamp.nanosec = 1; g.trajectory.points[0].time_from_start = {0, 1}; }));
+  EXPECT_TRUE(refused([&](Goal& g) {
+    g.path_tolerance.push_back({g.trajectory.joint_names[0], -2.0, 0, 0});
+  }));
+  EXPECT_TRUE(refused([](Goal& g) {
+    g.trajectory.header.stamp.nanosec = 1;
+    g.trajectory.points[0].time_from_start = {0, 1};
+  }));
   EXPECT_FALSE(refused([](Goal&) {}));
   EXPECT_EQ(client.robot->result(number).status, 4);
 }
@@ -130,7 +135,8 @@ TEST(RosActions, ANewGoalPreemptsTheRunningOneAndACommandByTopicAbortsIt) {
   EXPECT_EQ(first.result.error_code, -1);
   EXPECT_EQ(first.result.error_string, "Current goal preempted by new incoming action.");
   const auto asked = client.robot->ask_result(2);
-  auto topic = client.dds.write<trajectory_msgs::msg::JointTrajectory>("rt/" + test_cell() + "/Robot1/joint_trajectory");
+  auto topic = client.dds.write<trajectory_msgs::msg::JointTrajectory>("rt/" + test_cell() +
+                                                                       "/Robot1/joint_trajectory");
   ASSERT_TRUE(topic.matches->wait_for(1));
   auto other = turn(cell, 0.1, 1.0).trajectory;
   ASSERT_TRUE(written(*topic.writer, other));
@@ -268,9 +274,14 @@ TEST(RosActions, StepsAreTakenWithProgressAndCanBeCancelled) {
 }
 
 #ifdef TAKT_HAS_CYCLONE
-std::vector<std::string> cyclone_arguments(const CellDescription& cell, const char* duration_s, const char* first) {
+std::vector<std::string> cyclone_arguments(const CellDescription& cell, const char* duration_s,
+                                           const char* first) {
   std::vector<std::string> arguments{std::string(TAKT_BIN_DIR) + "/takt-test-cyclone-action",
-                                     std::to_string(test_domain()), test_cell(), "Robot1", duration_s, first};
+                                     std::to_string(test_domain()),
+                                     test_cell(),
+                                     "Robot1",
+                                     duration_s,
+                                     first};
   for (const JointModel& joint : cell.robots[0].arm.joints) arguments.push_back(joint.name);
   return arguments;
 }
@@ -288,7 +299,8 @@ TEST(RosActions, AClientOnCycloneDdsFollowsATrajectory) {
   ChildProcess client(cyclone_arguments(service.loop->cell(), "0.5", "0.1"));
   EXPECT_EQ(client.wait(), 0) << client.text;
   EXPECT_NE(client.text.find("goals at first: 0"), std::string::npos) << client.text;
-  EXPECT_NE(client.text.find("feedback: 6 joints, 6 positions, 0 of several"), std::string::npos) << client.text;
+  EXPECT_NE(client.text.find("feedback: 6 joints, 6 positions, 0 of several"), std::string::npos)
+      << client.text;
   EXPECT_NE(client.text.find("result: status 4, error 0, Goal successfully reached!"), std::string::npos)
       << client.text;
 }

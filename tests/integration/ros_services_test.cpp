@@ -14,11 +14,11 @@
 namespace {
 
 namespace srv = simulation_interfaces::srv;
+using takt::test::Caller;
 using takt::test::HostedService;
 using takt::test::RawDdsClient;
 using takt::test::test_cell;
 using takt::test::test_domain;
-using takt::test::Caller;
 
 #define CALLER(Type, name) Caller<srv::Type##_Request, srv::Type##_Response> name
 

@@ -20,7 +20,8 @@ struct Order {
   std::shared_ptr<MotionGoal> goal;
 };
 
-Order turn(const CellDescription& cell, std::uint64_t number, double first, double time_s, double stamp_s = -1.0) {
+Order turn(const CellDescription& cell, std::uint64_t number, double first, double time_s,
+           double stamp_s = -1.0) {
   RawTrajectory raw{SimTime::from_seconds(stamp_s), {}, {}};
   for (const JointModel& joint : cell.robots[0].arm.joints) raw.names.push_back(joint.name);
   raw.points.push_back({{first, -test::kQuarterTurn_rad, test::kQuarterTurn_rad, -test::kQuarterTurn_rad,
@@ -67,8 +68,11 @@ Order cancel(std::uint64_t number, int target) {
 /// A paused loop that a test steps.
 class GoalMonitorTest : public testing::Test {
  protected:
-  explicit GoalMonitorTest(Pace pace = Pace::free, const std::shared_ptr<const CellModel>& model = test::service_model())
-      : simulation_(model), loop_(simulation_, {.pace = pace, .state = SimulationState::paused}), reader_(loop_) {
+  explicit GoalMonitorTest(Pace pace = Pace::free,
+                           const std::shared_ptr<const CellModel>& model = test::service_model())
+      : simulation_(model),
+        loop_(simulation_, {.pace = pace, .state = SimulationState::paused}),
+        reader_(loop_) {
     loop_.start();
   }
   ~GoalMonitorTest() override { loop_.stop(); }
@@ -220,6 +224,14 @@ TEST_F(GoalMonitorTest, AResetEndsGoalsThatRunAndThatWait) {
     ASSERT_NE(wait_for_end(number), nullptr);
     EXPECT_EQ(end(number)->end, GoalEnd::reset);
   }
+}
+
+TEST_F(GoalMonitorTest, AChangeOfPaceKeepsAGoalThatWaits) {
+  append(turn(cell(), 1, 0.1, 0.2));
+  ASSERT_EQ(reader_.request("set_pace", {{"pace", "realtime"}, {"factor", "1"}}).result, ControlResult::ok);
+  step(200);
+  ASSERT_NE(end(1), nullptr);
+  EXPECT_EQ(end(1)->end, GoalEnd::reached);
 }
 
 TEST_F(GoalMonitorTest, AGripperReachesItsWidthOrStandsBeforeIt) {

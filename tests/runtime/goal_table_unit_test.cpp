@@ -38,11 +38,11 @@ GoalTable at(State state) {
 /// The transitions of the design document of ROS 2; a goal that ends right after its acceptance goes through executing.
 TEST(GoalTable, AGoalChangesAlongThePermittedTransitionsOnly) {
   const std::set<std::pair<State, State>> permitted{
-      {State::accepted, State::executing},   {State::accepted, State::canceling},
-      {State::accepted, State::succeeded},   {State::accepted, State::aborted},
-      {State::executing, State::canceling},  {State::executing, State::succeeded},
-      {State::executing, State::aborted},    {State::canceling, State::succeeded},
-      {State::canceling, State::aborted},    {State::canceling, State::canceled},
+      {State::accepted, State::executing},  {State::accepted, State::canceling},
+      {State::accepted, State::succeeded},  {State::accepted, State::aborted},
+      {State::executing, State::canceling}, {State::executing, State::succeeded},
+      {State::executing, State::aborted},   {State::canceling, State::succeeded},
+      {State::canceling, State::aborted},   {State::canceling, State::canceled},
   };
   for (int from = 1; from <= 6; ++from)
     for (int to = 0; to <= 6; ++to) {
@@ -100,7 +100,9 @@ TEST(GoalTable, ACancellationMeansOneGoalOrThoseUpToATimeOrBothOrAll) {
       for (const auto& goal : table.find_cancelled(of, stamp_ns).goals) found.push_back(goal.number);
       return found;
     };
-    const auto code = [&](const GoalId& of, std::int64_t stamp_ns) { return table.find_cancelled(of, stamp_ns).code; };
+    const auto code = [&](const GoalId& of, std::int64_t stamp_ns) {
+      return table.find_cancelled(of, stamp_ns).code;
+    };
     using Numbers = std::vector<std::uint64_t>;
     const auto if_possible = [&](Numbers wanted) { return possible ? wanted : Numbers{}; };
     EXPECT_EQ(numbers({}, 0), if_possible({1, 2, 3, 4, 5})) << state;

@@ -26,8 +26,8 @@ class ActionClient {
   ActionClient(RawDdsClient& dds, const std::string& element)
       : name_(name(element)),
         feedback(dds.read<Feedback>("rt/" + test_cell() + "/" + name_ + "feedback", true, false, 1000)),
-        status(dds.read<action_msgs::msg::GoalStatusArray>("rt/" + test_cell() + "/" + name_ + "status", true, true,
-                                                           100)),
+        status(dds.read<action_msgs::msg::GoalStatusArray>("rt/" + test_cell() + "/" + name_ + "status", true,
+                                                           true, 100)),
         send_(dds, name_ + "send_goal"),
         cancel_(dds, name_ + "cancel_goal"),
         result_(dds, name_ + "get_result") {

@@ -9,8 +9,8 @@
 #include <span>
 #include <vector>
 
-#include "server/simulation/model/cell_description.h"
 #include "server/runtime/requests/motion_goal.h"
+#include "server/simulation/model/cell_description.h"
 #include "server/simulation/model/command.h"
 
 namespace takt {

@@ -97,7 +97,7 @@ void CommandIntake::restart() {
     if (received.goal) goals_.drop(*received.goal, GoalEnd::reset);
   buffer_.forget();
   set_present(loop_.simulation.time_s());
-  drop_all(GoalEnd::reset);
+  for (auto& waiting : waiting_) discard(waiting, GoalEnd::reset);
   stops_.assign(stops_.size(), std::nullopt);
   latency_.clear();
 }

@@ -41,9 +41,13 @@ class CommandIntake {
 
   /// Sets the present instant of the simulation, for the rule about stamps.
   void set_present(double time_s) { buffer_.set_present(SimTime::from_seconds(time_s)); }
-  void drop(int target) { discard(waiting_[static_cast<std::size_t>(target)], GoalEnd::discarded); }
-  void drop_all(GoalEnd end = GoalEnd::discarded) {
-    for (auto& waiting : waiting_) discard(waiting, end);
+  /// Discards waiting commands whose time has lost its meaning. Goals stay: they have no time in mind.
+  void drop(int target) {
+    auto& waiting = waiting_[static_cast<std::size_t>(target)];
+    if (waiting && !waiting->goal) waiting.reset();
+  }
+  void drop_all() {
+    for (std::size_t target = 0; target < waiting_.size(); ++target) drop(static_cast<int>(target));
   }
   /// After a jump of the simulation to another instant: discards waiting commands, stamps and figures.
   void restart();

@@ -19,7 +19,8 @@ struct Excess {
 };
 
 /// The first joint beyond its tolerance.
-std::optional<Excess> find_excess(const GoalReport& report, const JointTolerances& tolerances, std::size_t joints) {
+std::optional<Excess> find_excess(const GoalReport& report, const JointTolerances& tolerances,
+                                  std::size_t joints) {
   for (std::size_t j = 0; j < joints; ++j) {
     const double q = std::abs(report.desired_position[j] - report.position[j]);
     if (tolerances.position[j] > 0.0 && !(q <= tolerances.position[j]))
@@ -168,7 +169,8 @@ void GoalMonitor::watch_robot(Slot& slot, std::size_t robot, double t, const std
   GoalReport report = report_of(slot, t);
   const JointPath& path = *slot.goal->path;
   const double path_time_s = t - slot.start_s;
-  while (slot.next + 1 < path.points.size() && path.points[slot.next].t <= path_time_s + kRounding_s) ++slot.next;
+  while (slot.next + 1 < path.points.size() && path.points[slot.next].t <= path_time_s + kRounding_s)
+    ++slot.next;
   fill_desired(slot, path_time_s, report);
   const std::size_t joints = cell_.robots[robot].arm.joints.size();
   const double over_s = path_time_s - path.points.back().t;

@@ -41,7 +41,9 @@ class GoalMonitor {
     return goal && goal->number == number;
   }
   /// When a gripper was read last.
-  const GripperSample& gripper(int index) const { return machines_.grippers[static_cast<std::size_t>(index)]; }
+  const GripperSample& gripper(int index) const {
+    return machines_.grippers[static_cast<std::size_t>(index)];
+  }
   /// Whether a report was made since the last call.
   bool take_news() { return std::exchange(news_, false); }
 
@@ -52,7 +54,7 @@ class GoalMonitor {
     bool begun = false;  ///< its start has been reached
     JointPathPoint begin{};
     std::size_t next = 0;
-    double feedback_s = 0.0;  ///< time of the next one
+    double feedback_s = 0.0;       ///< time of the next one
     double stands_since_s = -1.0;  ///< of the jaws; negative: they move
   };
 

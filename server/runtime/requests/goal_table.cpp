@@ -58,14 +58,16 @@ GoalTable::Cancellation GoalTable::find_cancelled(const GoalId& id, std::int64_t
     return found;
   }
   for (const Goal& goal : goals_) {
-    const bool meant = (stamp_ns == 0 && !one) || (stamp_ns != 0 && goal.stamp_ns <= stamp_ns) || goal.id == id;
+    const bool meant =
+        (stamp_ns == 0 && !one) || (stamp_ns != 0 && goal.stamp_ns <= stamp_ns) || goal.id == id;
     if (meant && can_be_cancelled(goal)) found.goals.push_back(goal);
   }
   return found;
 }
 
 const GoalTable::Goal* GoalTable::find(const GoalId& id) const {
-  const auto goal = std::find_if(goals_.begin(), goals_.end(), [&](const Goal& each) { return each.id == id; });
+  const auto goal =
+      std::find_if(goals_.begin(), goals_.end(), [&](const Goal& each) { return each.id == id; });
   return goal == goals_.end() ? nullptr : &*goal;
 }
 

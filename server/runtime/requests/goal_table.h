@@ -38,7 +38,7 @@ class GoalTable {
     GoalId id{};
     std::int64_t stamp_ns = 0;  ///< when it was accepted
     GoalState state = GoalState::accepted;
-    std::uint64_t number = 0;  ///< of the server, never used twice
+    std::uint64_t number = 0;   ///< of the server, never used twice
     std::int64_t ended_ns = 0;  ///< on the caller's clock of expire()
   };
 

@@ -42,16 +42,15 @@ using GoalPtr = std::shared_ptr<const MotionGoal>;
 enum class GoalEnd : std::uint8_t {
   none,            ///< it continues
   reached,         ///< at its aim
-  stalled,         ///< the jaws stand before their aim; `part` tells whether they hold one
+  stalled,         ///< the jaws stand before their aim; `part`: what they hold
   cancelled,       ///< as asked
   preempted,       ///< a later goal of the same target took effect
   replaced,        ///< a command from elsewhere took effect
   path_tolerance,  ///< `joint` deviated by `value` of `limit` at most
   goal_tolerance,  ///< `joint` deviates by `value` of `limit` at most, `goal_time_tolerance_s` after the end
-  refused,         ///< the robot cannot follow from where it is: `joint` would have `value` of at most `limit`
-  past,            ///< its end was over when it took effect
-  reset,           ///< the simulation was put to another instant
-  discarded,       ///< a change of pace or mode discarded it before it took effect
+  refused,  ///< the robot cannot follow from where it is: `joint` would have `value` of at most `limit`
+  past,     ///< its end was over when it took effect
+  reset,    ///< the simulation was put to another instant
 };
 
 /// What the loop reports: feedback about 20 times a simulated second, and the end.
