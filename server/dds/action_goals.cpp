@@ -215,7 +215,7 @@ std::string text_of(const GoalReport& report, const CellDescription& cell, int t
     case GoalEnd::past:
       return "The end of the trajectory was over when it took effect.";
     case GoalEnd::reset:
-      return "The simulation was reset or ended during the goal.";
+      return "The simulation was reset, ended or failed during the goal.";
   }
   return {};
 }

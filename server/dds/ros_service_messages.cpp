@@ -38,6 +38,7 @@ enum Feature : std::uint16_t {
   kStepAction = 33,
   kWorldLoading = 40,
   kWorldUnloading = 43,
+  kSpawningEntities = 50,
 };
 // Of EntityCategory.msg.
 enum Category : std::uint8_t { kObject = 0, kRobot = 1, kStaticObject = 5 };
@@ -318,6 +319,24 @@ Question ask(const srv::SpawnEntity_Request& request) {
     asked.request.arguments.push_back(std::move(argument));
   return asked;
 }
+std::variant<std::vector<Question>, Refusal> ask(const srv::SpawnEntities_Request& request) {
+  constexpr std::size_t kMost = 100;
+  if (request.spawn_requests.size() > kMost)
+    return Refusal{ControlResult::failed, "There are " + std::to_string(request.spawn_requests.size()) +
+                                              " entities to spawn; at most " + std::to_string(kMost) +
+                                              " are possible in one call."};
+  std::vector<Question> questions;
+  for (const msg::SpawnEntity& one : request.spawn_requests) {
+    srv::SpawnEntity_Request single;
+    single.name = one.name;
+    single.allow_renaming = one.allow_renaming;
+    single.entity_resource = one.entity_resource;
+    single.entity_namespace = one.entity_namespace;
+    single.initial_pose = one.initial_pose;
+    questions.push_back(ask(single));
+  }
+  return questions;
+}
 Question ask(const srv::DeleteEntity_Request& request) {
   return plain(requests::DeleteEntity{request.entity});
 }
@@ -338,7 +357,7 @@ void respond(const ControlReply& reply, const std::string&, srv::GetSimulatorFea
                        kStateSetting,       kPause,
                        kStepSingle,         kStepMultiple,
                        kStepAction,         kWorldLoading,
-                       kWorldUnloading};
+                       kWorldUnloading,     kSpawningEntities};
   features.spawn_formats = known.spawn_formats;
   features.custom_info = reply.message + " Further requests by the service 'control':";
   for (const std::string& request : known.requests) features.custom_info += " " + request;
@@ -384,6 +403,20 @@ void respond(const ControlReply& reply, const std::string&, srv::SpawnEntity_Res
   response.result = result_of(reply);
   if (const auto spawned = response_of<requests::SpawnEntityResponse>(reply))
     response.entity_name = spawned->entity;
+}
+void respond(std::span<const ControlReply> replies, srv::SpawnEntities_Response& response) {
+  constexpr std::uint8_t kSomeFailed = 150;
+  std::size_t failed = 0;
+  for (const ControlReply& reply : replies) {
+    srv::SpawnEntity_Response single;
+    respond(reply, {}, single);
+    if (reply.result != ControlResult::ok) ++failed;
+    response.results.push_back({single.result, single.entity_name});
+  }
+  response.result.result = failed == 0 ? static_cast<std::uint8_t>(ControlResult::ok) : kSomeFailed;
+  if (failed > 0)
+    response.result.error_message = std::to_string(failed) + " of " + std::to_string(replies.size()) +
+                                    " entities were not spawned; see their results.";
 }
 void respond(const ControlReply& reply, const std::string&, takt_msgs::srv::Control_Response& response) {
   response.result = static_cast<std::int32_t>(reply.result);

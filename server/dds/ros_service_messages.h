@@ -1,8 +1,10 @@
 #pragma once
 // Conversion between the services of simulation_interfaces and the control vocabulary of takt: a request
 // becomes a ControlRequest (or is refused at once), a ControlReply becomes the response.
+#include <span>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "ros2_service_msgs.h"
 #include "server/runtime/requests/control.h"
@@ -35,6 +37,8 @@ Question ask(const srv::SetEntityState_Request& request);
 /// The resource's uri is a mesh file, or copy_of:NAME for another one of the Part NAME; behind a question
 /// mark the further arguments of spawn_entity: bolt.obj?mass=0.02&hierarchy=3.
 Question ask(const srv::SpawnEntity_Request& request);
+/// One request for each entity, or why there is none.
+std::variant<std::vector<Question>, Refusal> ask(const srv::SpawnEntities_Request& request);
 Question ask(const srv::DeleteEntity_Request& request);
 Question ask(const takt_msgs::srv::Control_Request& request);
 
@@ -65,6 +69,8 @@ void respond(const ControlReply& reply, const std::string& note, srv::LoadWorld_
 void respond(const ControlReply& reply, const std::string& note, srv::GetEntities_Response& response);
 void respond(const ControlReply& reply, const std::string& note, srv::GetEntityState_Response& response);
 void respond(const ControlReply& reply, const std::string& note, srv::SpawnEntity_Response& response);
+/// `replies`: to each of its requests.
+void respond(std::span<const ControlReply> replies, srv::SpawnEntities_Response& response);
 void respond(const ControlReply& reply, const std::string& note, takt_msgs::srv::Control_Response& response);
 
 }  // namespace takt::ros

@@ -47,7 +47,7 @@ class RosServices::Service {
   virtual void received(const RosEndpoint::Caller& caller, std::span<const std::uint8_t> sample) {
     std::optional<ros::Question> found = question(sample);
     if (!found) return;
-    Call call{this, caller, {}};
+    Call call{this, caller, {}, nullptr};
     if (auto* asked = std::get_if<ros::Asked>(&*found)) {
       call.note = std::move(asked->note);
       if (std::string fault = find_text_fault(asked->request); !fault.empty())
@@ -123,6 +123,56 @@ class RosServices::InstantService final : public RosServices::Service {
   }
 };
 
+/// Requests of one call, one after the other.
+struct RosServices::Batch {
+  Service* service = nullptr;
+  RosEndpoint::Caller caller;
+  std::vector<ros::Question> questions;
+  std::vector<ControlReply> replies;  ///< to the first questions
+};
+
+class RosServices::SpawnEntities final : public RosServices::Service {
+ public:
+  using Request = ros::srv::SpawnEntities_Request;
+  using Response = ros::srv::SpawnEntities_Response;
+
+  SpawnEntities(RosServices& services, Participant& participant, const std::string& name)
+      : Service(services) {
+    listen(participant, name, message_info<Request>(), message_info<Response>());
+  }
+
+ private:
+  std::optional<ros::Question> question(std::span<const std::uint8_t>) const override { return std::nullopt; }
+  void received(const RosEndpoint::Caller& caller, std::span<const std::uint8_t> sample) override {
+    try {
+      Request request;
+      if (!cdr::read(sample, request)) return;
+      auto questions = ros::ask(request);
+      if (auto* refusal = std::get_if<Refusal>(&questions))
+        return services_.answer({this, caller, {}, nullptr},
+                                {0, refusal->result, std::move(refusal->message)});
+      auto batch = std::make_shared<Batch>();
+      batch->service = this;
+      batch->caller = caller;
+      batch->questions = std::get<0>(std::move(questions));
+      services_.begin(std::move(batch));
+    } catch (const std::exception&) {  // it would end the process; the caller's time-out reports it
+      return;
+    }
+  }
+  std::string encoded(const Call& call, const ControlReply& reply, const ros::Instant&) const override {
+    Response response;
+    if (call.batch) {
+      ros::respond(call.batch->replies, response);
+    } else {
+      response.result = ros::result_of(reply);
+    }
+    std::string bytes;
+    (void)cdr::write(response, bytes);
+    return bytes;
+  }
+};
+
 RosServices::RosServices(CellHost& host) : host_(host) {}
 RosServices::~RosServices() = default;
 
@@ -140,6 +190,7 @@ void RosServices::serve(Participant& participant, const std::string& cell) {
     services_.push_back(
         std::make_unique<InstantService<Request, Response>>(*this, participant, cell + "/" + name));
   };
+  services_.push_back(std::make_unique<SpawnEntities>(*this, participant, cell + "/spawn_entities"));
   add_instant.operator()<GetEntitiesStates_Request, GetEntitiesStates_Response>("get_entities_states");
   add_instant.operator()<GetEntityInfo_Request, GetEntityInfo_Response>("get_entity_info");
   add_instant.operator()<GetEntityBounds_Request, GetEntityBounds_Response>("get_entity_bounds");
@@ -153,6 +204,43 @@ void RosServices::submit(Call call, ControlRequest request) {
     if (calls_.size() > kRemembered) calls_.erase(calls_.begin());
   }
   host_.submit(request);
+}
+
+void RosServices::begin(std::shared_ptr<Batch> batch) {
+  {
+    const std::lock_guard lock(mutex_);
+    go_on(batch);
+  }
+  host_.outbound().news.post();
+}
+
+void RosServices::go_on(const std::shared_ptr<Batch>& batch) {
+  while (batch->replies.size() < batch->questions.size()) {
+    ros::Question& question = batch->questions[batch->replies.size()];
+    if (auto* refusal = std::get_if<Refusal>(&question)) {
+      batch->replies.push_back({0, refusal->result, refusal->message});
+      continue;
+    }
+    ControlRequest request = std::move(std::get<ros::Asked>(question).request);
+    if (std::string fault = find_text_fault(request); !fault.empty()) {
+      batch->replies.push_back({0, ControlResult::failed, std::move(fault)});
+      continue;
+    }
+    request.id = newest_id_++;
+    calls_.emplace(request.id, Call{batch->service, batch->caller, {}, batch});
+    of_batches_.push_back(std::move(request));
+    return;
+  }
+  waiting_.push_back({Call{batch->service, batch->caller, {}, batch}, {}, monotonic_now_ns()});
+}
+
+void RosServices::submit_following() {
+  std::vector<ControlRequest> requests;
+  {
+    const std::lock_guard lock(mutex_);
+    requests.swap(of_batches_);
+  }
+  for (const ControlRequest& request : requests) host_.submit(request);
 }
 
 void RosServices::answer(Call call, ControlReply reply) {
@@ -171,8 +259,14 @@ void RosServices::write_replies(std::span<const ControlReply> replies, const ros
     for (const ControlReply& reply : replies) {
       const auto call = calls_.find(reply.id);
       if (call == calls_.end()) continue;
-      waiting_.push_back({std::move(call->second), reply, now});
+      const Call found = std::move(call->second);
       calls_.erase(call);
+      if (found.batch) {
+        found.batch->replies.push_back(sanitize(reply));
+        go_on(found.batch);
+      } else {
+        waiting_.push_back({found, reply, now});
+      }
     }
     std::vector<Waiting> later;
     for (Waiting& waiting : waiting_) {

@@ -33,6 +33,8 @@ class RosServices {
   /// Makes readers and writers. Call once; the participant must be destroyed before this object.
   void serve(Participant& participant, const std::string& cell);
 
+  /// Publishing thread, without a lock that the host waits for: submits requests that follow others.
+  void submit_following();
   /// Publishing thread: writes the replies of the services, and those that wait for the discovery of their
   /// caller's reader.
   /// `now` answers what is no request of takt.
@@ -44,11 +46,14 @@ class RosServices {
   class TypedService;
   template <typename RequestType, typename ResponseType>
   class InstantService;
+  class SpawnEntities;
+  struct Batch;
   struct Call {
     Service* service = nullptr;
     RosEndpoint::Caller caller;
-    std::string
-        note;  ///< the part of the request that the response needs; all of it where the instant answers
+    /// The part of the request that the response needs; all of it where the instant answers.
+    std::string note;
+    std::shared_ptr<Batch> batch{};  ///< that the request is one of, or nullptr
   };
   struct Waiting {
     Call call;
@@ -57,12 +62,16 @@ class RosServices {
   };
   void submit(Call call, ControlRequest request);
   void answer(Call call, ControlReply reply);
+  void begin(std::shared_ptr<Batch> batch);
+  /// With mutex_ held: passes on the next request of the batch, or its answer.
+  void go_on(const std::shared_ptr<Batch>& batch);
 
   CellHost& host_;
   std::vector<std::unique_ptr<Service>> services_;
   std::mutex mutex_;
   std::uint64_t newest_id_ = kFirstId;  // guarded by mutex_, as all below
   std::map<std::uint64_t, Call> calls_;
+  std::vector<ControlRequest> of_batches_;  ///< to be submitted
   std::vector<Waiting> waiting_;
 };
 

@@ -94,6 +94,7 @@ void StatePublisher::write() {
       write_idle_status();
     }
   }
+  services_.submit_following();
   actions_.write(step);
 }
 

@@ -202,6 +202,53 @@ TEST(RosActions, AViolatedToleranceAbortsTheGoalAndStopsTheRobot) {
   EXPECT_EQ(client.robot->result(1).status, 4);
 }
 
+TEST(RosActions, TwentyGoalsInARowEndOneAfterTheOther) {
+  DdsService service(free_running());
+  Listening client;
+  const auto& cell = service.loop->cell();
+  for (std::uint8_t number = 1; number <= 20; ++number) {
+    ASSERT_TRUE(client.robot->send(number, turn(cell, number % 2 == 0 ? 0.0 : 0.1, 0.5)).accepted);
+    ASSERT_EQ(client.robot->result(number).status, 4);
+  }
+  ASSERT_TRUE(client.robot->status->wait_until([](const auto& all) {
+    return all.back().status_list.size() == 20 && all.back().status_list.back().status == 4;
+  }));
+}
+
+TEST(RosActions, AGoalInLockstepTakesThePlaceOfItsController) {
+  RunLoopOptions options = free_running();
+  options.state = SimulationState::paused;
+  options.pace = Pace::lockstep;
+  DdsService service(options);
+  Listening client;
+  const auto& cell = service.loop->cell();
+  RawCellClient control;
+  ASSERT_EQ(
+      control
+          .request("register_controller",
+                   {{"name", "plc"}, {"period", "0.008"}, {"command_timeout", "600"}, {"targets", "Robot1"}})
+          .result,
+      1);
+  ASSERT_EQ(control.request("set_state", {{"state", "playing"}}).result, 1);
+  ASSERT_TRUE(client.robot->send(1, turn(cell, 0.1, 0.5)).accepted);
+  const auto result = client.robot->result(1);
+  EXPECT_EQ(result.status, 4) << result.result.error_string;
+  ASSERT_TRUE(client.robot->feedback->wait_until([](const auto& all) { return all.size() >= 10; }));
+  EXPECT_EQ(client.robot->feedback->messages().back().feedback.header.stamp.nanosec, 450'000'000U);
+  EXPECT_TRUE(control.status->wait_for([](const auto& status) { return status.step == 504; }))
+      << "the next boundary waits for a command again";
+}
+
+TEST(RosActions, AGoalEndsWithItsScenario) {
+  DdsService service(in_real_time());
+  Listening client;
+  ASSERT_TRUE(client.robot->send(1, turn(service.loop->cell(), 0.1, 1000.0)).accepted);
+  const auto asked = client.robot->ask_result(1);
+  RawCellClient control;
+  ASSERT_EQ(control.request("unload_scenario").result, 1);
+  EXPECT_EQ(client.robot->await_result(asked).status, 6);
+}
+
 using Gripper = ActionClient<actions::GripperCmd>;
 using ParallelGripper = ActionClient<actions::ParallelGripperCmd>;
 

@@ -86,6 +86,7 @@ TEST(RosServices, EntitiesAreListedMovedMadeAndDeleted) {
   std::unique_ptr<CALLER(GetEntityState, )> get;
   std::unique_ptr<CALLER(SetEntityState, )> set;
   std::unique_ptr<CALLER(SpawnEntity, )> spawn;
+  std::unique_ptr<CALLER(SpawnEntities, )> spawn_several;
   std::unique_ptr<CALLER(DeleteEntity, )> remove;
   std::unique_ptr<Caller<takt_msgs::srv::Control_Request, takt_msgs::srv::Control_Response>> control;
   RawDdsClient dds(test_domain());
@@ -99,6 +100,7 @@ TEST(RosServices, EntitiesAreListedMovedMadeAndDeleted) {
   make(get, "get_entity_state");
   make(set, "set_entity_state");
   make(spawn, "spawn_entity");
+  make(spawn_several, "spawn_entities");
   make(remove, "delete_entity");
   make(control, "control");
 
@@ -186,6 +188,26 @@ TEST(RosServices, EntitiesAreListedMovedMadeAndDeleted) {
   EXPECT_EQ(spawned.entity_name, "C_2");
   copy.entity_resource.uri = "copy_of:C?mass";
   EXPECT_EQ(spawn->call(copy).result.result, 106);
+  srv::SpawnEntities_Request several;
+  several.spawn_requests.resize(3);
+  for (auto& one : several.spawn_requests) {
+    one.allow_renaming = true;
+    one.entity_resource.uri = "copy_of:C";
+    one.initial_pose.pose.position.z = 1.5;
+  }
+  several.spawn_requests[1].entity_resource.uri.clear();
+  several.spawn_requests[2].initial_pose.pose.position.z = 2.5;
+  const auto some = spawn_several->call(several);
+  EXPECT_EQ(some.result.result, 150);
+  ASSERT_EQ(some.results.size(), 3U);
+  EXPECT_EQ(some.results[0].result.result, 1) << some.results[0].result.error_message;
+  EXPECT_EQ(some.results[0].entity_name, "C_3");
+  EXPECT_EQ(some.results[1].result.result, 104);
+  EXPECT_EQ(some.results[2].entity_name, "C_4");
+  several.spawn_requests.resize(1);
+  EXPECT_EQ(spawn_several->call(several).result.result, 1);
+  several.spawn_requests.resize(101);
+  EXPECT_EQ(spawn_several->call(several).result.result, 4);
   any.request = "get_state";
   any.arguments = {};
   const auto state = control->call(any);

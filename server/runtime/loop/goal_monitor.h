@@ -32,7 +32,7 @@ class GoalMonitor {
   void drop(const MotionGoal& goal, GoalEnd end);
   /// Ends a goal that runs(): as asked from outside. The caller stops the target.
   void cancel(int target);
-  /// The simulation was put to another instant: all goals end.
+  /// The simulation was put to another instant, or has failed: all goals end.
   void restart();
 
   /// The goal has taken effect and continues.

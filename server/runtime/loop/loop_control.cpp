@@ -76,6 +76,7 @@ void LoopControl::take_step() {
   if (!advanced) {
     context.record(LogFault{});
     context.faulted = true;
+    goals.restart();
     pause_with(fault_record(simulation).event);
     return;
   }
