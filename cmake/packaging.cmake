@@ -11,7 +11,8 @@ endforeach()
 install(TARGETS ${takt_programs} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/config/scenarios ${PROJECT_SOURCE_DIR}/config/robots
   ${PROJECT_SOURCE_DIR}/config/meshes ${PROJECT_SOURCE_DIR}/config/programs ${PROJECT_SOURCE_DIR}/config/dds
-  ${PROJECT_SOURCE_DIR}/config/dashboards ${PROJECT_SOURCE_DIR}/config/gateways DESTINATION ${CMAKE_INSTALL_DATADIR}/takt/config PATTERN generator EXCLUDE)
+  ${PROJECT_SOURCE_DIR}/config/dashboards ${PROJECT_SOURCE_DIR}/config/gateways ${PROJECT_SOURCE_DIR}/config/ros
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/takt/config PATTERN generator EXCLUDE)
 install(FILES README.md LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} PATTERN figures EXCLUDE)
 install(FILES "config/systemd/takt-server@.service" DESTINATION lib/systemd/system)

@@ -37,6 +37,8 @@ def cpp_type(field):
         single = f"takt::FixedString<{field.string_bound}>"
     if field.has("optional"):
         return f"std::optional<{single}>"
+    if field.array:
+        return f"std::array<{single}, {field.array}>"
     return f"std::vector<{single}>" if field.sequence else single
 
 
@@ -44,7 +46,7 @@ def initial(field):
     default = field.annotation("default")
     if field.kind == "string" and default:
         return f" = {quoted(default)}"
-    if field.sequence or field.has("optional") or field.kind in ("string", "message"):
+    if field.array or field.sequence or field.has("optional") or field.kind in ("string", "message"):
         return "{}"
     if field.annotation("enumeration"):
         return f" = takt::{field.annotation('enumeration')}::{default}" if default else "{}"
@@ -81,9 +83,16 @@ def struct(one, reader):
     return text + f"\n  bool operator==(const {one.name}&) const = default;\n}};\n"
 
 
+def table_rows(one):
+    """(field, its place in an array, its value): on the wire an array is its elements, one after the other."""
+    return [(field, place, f"{field.name}[{place}]" if field.array else field.name)
+            for field in one.fields for place in range(field.array or 1)]
+
+
 def table(one, reader):
     name = type_of(one.full_name)
-    hashed = [f'{{"type_hash", "value", "{type_hash(one, reader)}"}}'] if one.has("topic") else []
+    on_topics = one.has("topic") or one.scope[1:] in (("srv",), ("action",)) or one.name == "GoalStatusArray"
+    hashed = [f'{{"type_hash", "value", "{type_hash(one, reader)}"}}'] if on_topics else []
     text = f"template <>\nstruct MessageTable<{name}> {{\n"
     for field in one.fields:
         if annotations(field):
@@ -91,7 +100,8 @@ def table(one, reader):
     if annotations(one, hashed):
         text += f"  static constexpr AnnotationInfo annotations[] = {{{annotations(one, hashed)}}};\n"
     text += "  static constexpr FieldInfo fields[] = {\n" if one.fields else "  static constexpr std::span<const FieldInfo> fields{"
-    for field in one.fields:
+    rows = table_rows(one)
+    for field in (field for field, _, _ in rows):
         message = f"&MessageTable<{type_of(field.type)}>::info" if field.kind == "message" else "nullptr"
         values = f"&kEnumeration<{field.annotation('enumeration')}>" if field.annotation("enumeration") else "nullptr"
         text += (f"      {{{quoted(field.name)}, {quoted(field.annotation('unit'))}, {quoted(field.annotation('frame'))}, "
@@ -103,8 +113,8 @@ def table(one, reader):
     text += "  template <typename Message, typename Visitor>\n"
     unused = "" if one.fields else "[[maybe_unused]] "
     text += f"  static constexpr void visit({unused}Message& message, {unused}Visitor&& visitor) {{\n"
-    for place, field in enumerate(one.fields):
-        text += f"    visitor(fields[{place}], message.{field.name});\n"
+    for place, (_, _, value) in enumerate(rows):
+        text += f"    visitor(fields[{place}], message.{value});\n"
     return text + "  }\n};\n"
 
 
@@ -113,7 +123,8 @@ def types_header(file, reader):
     own = "".join(f'#include "{name.removesuffix(".idl")}.h"\n' for name in file.includes)
     text = f"#pragma once\n// Generated from idl/{file.path.name}.\n"
     optional = "#include <optional>\n" if any(f.has("optional") for s in file.structs for f in s.fields) else ""
-    text += f"#include <cstdint>\n{optional}#include <string>\n#include <vector>\n\n" if file.structs else "#include <cstdint>\n\n"
+    arrays = "#include <array>\n" if any(f.array for s in file.structs for f in s.fields) else ""
+    text += f"{arrays}#include <cstdint>\n{optional}#include <string>\n#include <vector>\n\n" if file.structs else "#include <cstdint>\n\n"
     text += '#include "idl/common/enumeration.h"\n' + ('#include "idl/common/message.h"\n' if file.structs else "")
     if any(f.has("fixed") for s in file.structs for f in s.fields):
         text += '#include "idl/common/fixed_string.h"\n'
@@ -153,3 +164,23 @@ def topics_header(reader):
     text += f"inline constexpr const TopicInfo* kAll[] = {{{', '.join('&' + name for name in names)}}};\n\n"
     text += "/// `visitor(const Topic<Message>&)` for each.\ntemplate <typename Visitor>\nconstexpr void for_each(Visitor&& visitor) {\n"
     return text + "".join(f"  visitor({name});\n" for name in names) + "}\n\n}  // namespace takt::topics\n"
+
+
+def actions_header(reader):
+    """takt_actions.h: a row for each @action."""
+    files = [file for file in reader.files.values() if any(s.has("action") for s in file.structs)]
+    text = "#pragma once\n// Generated from @action in idl/*.idl.\n"
+    text += '#include "idl/common/action.h"\n' + "".join(f'#include "{f.path.stem}.h"\n' for f in files) + "\nnamespace takt {\n"
+    names = []
+    for file in files:
+        for goal in [s for s in file.structs if s.has("action")]:
+            name = type_of(goal.full_name).removesuffix("Goal")
+            identifier = goal.annotation("action", "id")
+            names.append(f"actions::{camel(identifier)}")
+            text += f"\nnamespace actions {{\nstruct {camel(identifier)} {{\n"
+            for part in ("Goal", "Result", "Feedback", "SendGoal_Request", "SendGoal_Response", "GetResult_Request",
+                         "GetResult_Response", "FeedbackMessage"):
+                text += f"  using {part.replace('_', '')} = {name}{part};\n"
+            text += (f"  static constexpr ActionInfo info{{{quoted(identifier)}, "
+                     f"{quoted(goal.annotation('action', 'name'))}}};\n}};\n}}  // namespace actions\n")
+    return text + "\n}  // namespace takt\n"

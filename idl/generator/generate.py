@@ -45,6 +45,7 @@ def main(arguments):
     for file in reader.files.values():
         write(output / f"{file.path.stem}.h", cpp.types_header(file, reader))
     write(output / "takt_topics.h", cpp.topics_header(reader))
+    write(output / "takt_actions.h", cpp.actions_header(reader))
     write(output / "takt_request_table.h", requests.table_header(reader))
     write(output / "takt_player_table.h", requests.player_table_header(reader))
     write(output / "takt_event_table.h", events.table_header(reader))

@@ -6,6 +6,7 @@ from pathlib import Path
 PRIMITIVES = {  # IDL: (name of its kind, C++, ROS 2)
     "boolean": ("boolean", "bool", "bool"),
     "octet": ("uint8", "std::uint8_t", "uint8"),
+    "int8": ("int8", "std::int8_t", "int8"),
     "short": ("int16", "std::int16_t", "int16"),
     "unsigned short": ("uint16", "std::uint16_t", "uint16"),
     "long": ("int32", "std::int32_t", "int32"),
@@ -61,6 +62,7 @@ class Field(Annotated):
     string_bound: int    # 0: any length
     sequence: bool
     bound: int           # of the sequence, 0: any length
+    array: int = 0       # number of elements; 0: no array
 
 
 @dataclass
@@ -265,8 +267,12 @@ class Reader:
             if kind == "boolean":
                 tokens.fail("a sequence of another type: std::vector<bool> has no elements to refer to")
         name = plain(tokens.take("word", "the name of a field"))
+        array = 0
+        if not sequence and tokens.accept("["):
+            array = number_of(tokens)
+            tokens.expect("]")
         tokens.expect(";")
-        made = Field(name, " ".join(doc + tokens.behind()), notes, line, kind, type_name, string_bound, sequence, bound)
+        made = Field(name, " ".join(doc + tokens.behind()), notes, line, kind, type_name, string_bound, sequence, bound, array)
         wanted = made.annotation("enumeration")
         if wanted and wanted not in self.enumerations:
             raise IdlError(f"{file.path}:{line}: there is no enumeration {wanted!r}; there are "
@@ -317,11 +323,41 @@ class Reader:
         file.enumerations.append(made)
 
 
+def member(name, kind, type_name, sequence=False):
+    return Field(name, "", [], 0, kind, type_name, 0, sequence, 0)
+
+
+def add_action_messages(reader):
+    """The messages that rosidl makes of each action: of its services send_goal and get_result, and of its feedback."""
+    goal_id = member("goal_id", "message", "unique_identifier_msgs/msg/UUID")
+    for file in reader.files.values():
+        for goal in [struct for struct in file.structs if struct.has("action")]:
+            where = f"{file.path}:{goal.line}: action {goal.name}"
+            if not goal.name.endswith("_Goal"):
+                raise IdlError(f"{where} must be named ..._Goal")
+            name = goal.full_name.removesuffix("_Goal")
+            for part in ("Result", "Feedback"):
+                if f"{name}_{part}" not in reader.structs:
+                    raise IdlError(f"{where} has no struct {name}_{part}; add one")
+            for suffix, fields in (
+                    ("SendGoal_Request", [goal_id, member("goal", "message", goal.full_name)]),
+                    ("SendGoal_Response", [member("accepted", "boolean", "boolean"),
+                                           member("stamp", "message", "builtin_interfaces/msg/Time")]),
+                    ("GetResult_Request", [goal_id]),
+                    ("GetResult_Response", [member("status", "int8", "int8"),
+                                            member("result", "message", f"{name}_Result")]),
+                    ("FeedbackMessage", [goal_id, member("feedback", "message", f"{name}_Feedback")])):
+                made = Struct(f"{goal.name.removesuffix('Goal')}{suffix}", "", [], goal.line, goal.scope, fields)
+                reader.structs[made.full_name] = made
+                file.structs.append(made)
+
+
 def read(paths):
     """Reads the files and those they include. Throws IdlError."""
     reader = Reader()
     for path in paths:
         reader.read(path)
+    add_action_messages(reader)
     return reader
 
 

@@ -6,9 +6,9 @@ from idl import PRIMITIVES
 
 ROS_TYPES = {kind: ros for kind, _, ros in PRIMITIVES.values()}
 # FieldType.msg of type_description_interfaces.
-TYPE_IDS = {"message": 1, "uint8": 3, "int16": 4, "uint16": 5, "int32": 6, "uint32": 7, "int64": 8, "uint64": 9,
+TYPE_IDS = {"message": 1, "int8": 2, "uint8": 3, "int16": 4, "uint16": 5, "int32": 6, "uint32": 7, "int64": 8, "uint64": 9,
             "float32": 10, "float64": 11, "boolean": 15, "string": 17}
-BOUNDED_STRING, BOUNDED_SEQUENCE, UNBOUNDED_SEQUENCE = 21, 96, 144
+BOUNDED_STRING, ARRAY, BOUNDED_SEQUENCE, UNBOUNDED_SEQUENCE = 21, 48, 96, 144
 PACKAGE = "takt_msgs"
 
 
@@ -18,8 +18,10 @@ def described(struct):
         type_id = BOUNDED_STRING if field.string_bound else TYPE_IDS[field.kind]
         if field.sequence:
             type_id += BOUNDED_SEQUENCE if field.bound else UNBOUNDED_SEQUENCE
+        if field.array:
+            type_id += ARRAY
         fields.append({"name": field.name, "type": {
-            "type_id": type_id, "capacity": field.bound, "string_capacity": field.string_bound,
+            "type_id": type_id, "capacity": field.array or field.bound, "string_capacity": field.string_bound,
             "nested_type_name": field.type if field.kind == "message" else ""}})
     return {"type_name": struct.full_name, "fields": fields}
 

@@ -36,6 +36,8 @@ class CellPublisher {
   /// Number of samples that DDS refused after the last call.
   std::uint64_t take_refused();
 
+  /// The newest instant written; nullptr ahead of the first.
+  const Snapshot* newest() const { return newest_; }
   // Of the newest instant written.
   double present_time_s() const { return present_time_s_; }
   std::uint64_t present_step() const { return present_step_; }

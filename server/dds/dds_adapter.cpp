@@ -37,7 +37,8 @@ DdsAdapter::DdsAdapter(CellHost& host, ParticipantOptions options, bool namespac
       topics_(checked(host.cell(), "The cell's name"), namespaced_clock_and_tf),
       commands_(host.outbound().events, senders_, topics_),
       control_(host),
-      services_(host) {
+      services_(host),
+      actions_(host) {
   participant_ = std::make_unique<Participant>(options, *this);
   {
     const std::lock_guard lock(own_mutex_);
@@ -46,9 +47,10 @@ DdsAdapter::DdsAdapter(CellHost& host, ParticipantOptions options, bool namespac
   if (UdpReceiver* receiver = participant_->receiver()) receiver_.emplace(*receiver);
   commands_.listen_for(participant_->guard(), participant_->guid());
   publisher_ = std::make_unique<StatePublisher>(host, *participant_, topics_, senders_, commands_, control_,
-                                                services_);
+                                                services_, actions_);
   control_.listen(*participant_, topics_);
   services_.serve(*participant_, host.cell());
+  actions_.serve(*participant_);
   host.set_listener(this);
   io_.emplace(host, *publisher_, commands_, participant_->guard());
 }
@@ -61,6 +63,7 @@ void DdsAdapter::stop() {
   if (io_) io_->stop();
   receive_in(nullptr);
   commands_.close();
+  actions_.close();
   if (publisher_) publisher_->close();
   participant_.reset();
 }
@@ -82,17 +85,20 @@ void DdsAdapter::check(const CellDescription& cell) {
 void DdsAdapter::opened(RunLoop& loop) {
   publisher_->open(loop);
   commands_.open(*participant_, loop);
+  actions_.open(loop);
   receive_in(&loop);
 }
 
 void DdsAdapter::closed(RunLoop&) {
   receive_in(nullptr);
   commands_.close();
+  actions_.close();
   publisher_->close();
 }
 
 void DdsAdapter::idle(const CellDescription& cell) {
   commands_.close();  // removes the remains of a failure
+  actions_.close();
   publisher_->close();
   publisher_->describe(cell);
 }

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "server/dds/action_servers.h"
 #include "server/dds/command_subscriber.h"
 #include "server/dds/control_service.h"
 #include "server/dds/dds_io_thread.h"
@@ -63,6 +64,7 @@ class DdsAdapter final : public DiscoveryListener, public CellLifecycleListener 
   CommandSubscriber commands_;
   ControlService control_;
   RosServices services_;
+  ActionServers actions_;
   std::unique_ptr<Participant> participant_;
   std::optional<SampleReceiver> receiver_;
   RunLoop* loop_ = nullptr;  ///< that receives with it

@@ -64,6 +64,18 @@ class Participant {
     return create_reader(topic, dds::TypeSupport(new MessageType<Type>()), qos, listener);
   }
 
+  /// Whose samples are their bytes (BytesType), with the name and the hash of a type of idl/*.idl.
+  dds::DataWriter* create_bytes_writer(const std::string& topic, const MessageInfo& type,
+                                       const dds::DataWriterQos& qos, dds::DataWriterListener* listener) {
+    return create_writer(topic, dds::TypeSupport(new BytesType(std::string(type.dds_type))),
+                         with_type_hash(qos, type), listener);
+  }
+  dds::DataReader* create_bytes_reader(const std::string& topic, const MessageInfo& type,
+                                       const dds::DataReaderQos& qos, dds::DataReaderListener* listener) {
+    return create_reader(topic, dds::TypeSupport(new BytesType(std::string(type.dds_type))),
+                         with_type_hash(qos, type), listener);
+  }
+
   /// After their return the listener of the reader is not called. nullptr: no effect.
   void remove(dds::DataWriter* writer);
   void remove(dds::DataReader* reader);

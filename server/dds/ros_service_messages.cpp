@@ -4,11 +4,13 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <limits>
 #include <optional>
 
 #include "idl/common/frames.h"
 #include "idl/common/stamp.h"
 #include "idl/common/text.h"
+#include "idl/common/utf8.h"
 
 namespace takt::ros {
 namespace {
@@ -19,9 +21,11 @@ namespace msg = simulation_interfaces::msg;
 enum Feature : std::uint16_t {
   kSpawning = 0,
   kDeleting = 1,
+  kEntityBounds = 5,
   kEntityCategories = 8,
   kEntityStateGetting = 10,
   kEntityStateSetting = 11,
+  kEntityInfoGetting = 12,
   kReset = 20,
   kResetTime = 21,
   kResetState = 22,
@@ -31,11 +35,13 @@ enum Feature : std::uint16_t {
   kPause = 26,
   kStepSingle = 31,
   kStepMultiple = 32,
+  kStepAction = 33,
   kWorldLoading = 40,
   kWorldUnloading = 43,
+  kSpawningEntities = 50,
 };
 // Of EntityCategory.msg.
-enum Category : std::uint8_t { kObject = 1, kRobot = 2, kStaticObject = 5 };
+enum Category : std::uint8_t { kObject = 0, kRobot = 1, kStaticObject = 5 };
 
 template <Request Type>
 Question plain(const Type& request) {
@@ -98,7 +104,106 @@ class Expression {
   bool good_ = false;
 };
 
+/// The entities that a filter_note() means.
+class Choice {
+ public:
+  explicit Choice(const std::string& note)
+      : split_(note.find('\n')), expression_(note.substr(0, split_)), categories_(note.substr(split_ + 1)) {}
+  bool has(const std::string& name, ComponentType type) const {
+    const char category = static_cast<char>('0' + category_number(type));
+    if (!categories_.empty() && categories_.find(category) == std::string::npos) return false;
+    return split_ == 0 || (expression_.good() && expression_.matches(name));
+  }
+
+ private:
+  std::size_t split_;
+  Expression expression_;
+  std::string categories_;
+};
+
+msg::Result result_with(ControlResult result, std::string message = {}) {
+  return {static_cast<std::uint8_t>(result), std::move(message)};
+}
+
+/// Index of the entity, or -1 with the result that says so.
+int find_entity(const Instant& now, const std::string& name, msg::Result& result) {
+  if (now.cell == nullptr) {
+    result = result_with(ControlResult::incorrect_state, "No scenario is loaded.");
+    return -1;
+  }
+  const int found = now.cell->find_component(name);
+  result = found >= 0 ? result_with(ControlResult::ok)
+                      : result_with(ControlResult::not_found, "There is no entity '" +
+                                                                  utf8_sanitize(name, 60) + "'; there are " +
+                                                                  list_names(now.cell->components) + ".");
+  return found;
+}
+
+geometry_msgs::msg::Vector3 ros_vector(const Vec3& v) {
+  return {v.x(), v.y(), v.z()};
+}
+
 }  // namespace
+
+void answer(const Instant& now, const srv::GetEntitiesStates_Request& request,
+            srv::GetEntitiesStates_Response& response) {
+  const Question question = ask(srv::GetEntities_Request{request.filters});
+  if (const auto* refusal = std::get_if<Refusal>(&question)) {
+    response.result = result_with(refusal->result, refusal->message);
+    return;
+  }
+  if (now.cell == nullptr) {
+    response.result = result_with(ControlResult::incorrect_state, "No scenario is loaded.");
+    return;
+  }
+  response.result = result_with(ControlResult::ok);
+  const Choice choice(std::get<Asked>(question).note);
+  for (std::size_t i = 0; i < now.cell->components.size(); ++i) {
+    const ComponentDescription& component = now.cell->components[i];
+    if (!choice.has(component.name, component.type)) continue;
+    const ComponentSample& sample = now.snapshot->components[i];
+    auto& state = response.states.emplace_back();
+    response.entities.push_back(component.name);
+    state.header.stamp = to_time(now.snapshot->time_s);
+    state.header.frame_id = kWorldFrame;
+    state.pose.position = {sample.p_WB.x(), sample.p_WB.y(), sample.p_WB.z()};
+    const Quat& q = sample.q_WB;
+    state.pose.orientation = {q.x(), q.y(), q.z(), q.w()};
+    state.twist = {ros_vector(sample.V_WB.v), ros_vector(sample.V_WB.w)};
+  }
+}
+
+void answer(const Instant& now, const srv::GetEntityInfo_Request& request,
+            srv::GetEntityInfo_Response& response) {
+  const int found = find_entity(now, request.entity, response.result);
+  if (found < 0) return;
+  const ComponentDescription& component = now.cell->components[static_cast<std::size_t>(found)];
+  response.info.category.category = category_number(component.type);
+  response.info.description = std::string(to_string(component.type));
+  if (component.type == ComponentType::part)
+    response.info.description +=
+        " of " + number_text(component.mass_kg) + " kg, hierarchy " + std::to_string(component.hierarchy);
+}
+
+void answer(const Instant& now, const srv::GetEntityBounds_Request& request,
+            srv::GetEntityBounds_Response& response) {
+  const int found = find_entity(now, request.entity, response.result);
+  if (found < 0) return;
+  const auto& vertices = now.cell->components[static_cast<std::size_t>(found)].mesh->vertices;
+  if (vertices.size() < 3) {
+    response.result = result_with(ControlResult::failed, "The entity has no mesh.");
+    return;
+  }
+  Vec3 lower = Vec3::Constant(std::numeric_limits<double>::infinity()), upper = -lower;
+  for (std::size_t i = 0; i + 2 < vertices.size(); i += 3) {
+    const Vec3 vertex(vertices[i], vertices[i + 1], vertices[i + 2]);
+    lower = lower.cwiseMin(vertex);
+    upper = upper.cwiseMax(vertex);
+  }
+  constexpr std::uint8_t kBox = 1;
+  response.bounds.type = kBox;
+  response.bounds.points = {ros_vector(upper), ros_vector(lower)};
+}
 
 simulation_interfaces::msg::Result result_of(const ControlReply& reply) {
   simulation_interfaces::msg::Result result;
@@ -214,6 +319,24 @@ Question ask(const srv::SpawnEntity_Request& request) {
     asked.request.arguments.push_back(std::move(argument));
   return asked;
 }
+std::variant<std::vector<Question>, Refusal> ask(const srv::SpawnEntities_Request& request) {
+  constexpr std::size_t kMost = 100;
+  if (request.spawn_requests.size() > kMost)
+    return Refusal{ControlResult::failed, "There are " + std::to_string(request.spawn_requests.size()) +
+                                              " entities to spawn; at most " + std::to_string(kMost) +
+                                              " are possible in one call."};
+  std::vector<Question> questions;
+  for (const msg::SpawnEntity& one : request.spawn_requests) {
+    srv::SpawnEntity_Request single;
+    single.name = one.name;
+    single.allow_renaming = one.allow_renaming;
+    single.entity_resource = one.entity_resource;
+    single.entity_namespace = one.entity_namespace;
+    single.initial_pose = one.initial_pose;
+    questions.push_back(ask(single));
+  }
+  return questions;
+}
 Question ask(const srv::DeleteEntity_Request& request) {
   return plain(requests::DeleteEntity{request.entity});
 }
@@ -225,10 +348,16 @@ void respond(const ControlReply& reply, const std::string&, srv::GetSimulatorFea
   const auto known =
       response_of<requests::GetFeaturesResponse>(reply).value_or(requests::GetFeaturesResponse{});
   auto& features = response.features;
-  features.features = {kSpawning,           kDeleting,     kEntityCategories, kEntityStateGetting,
-                       kEntityStateSetting, kReset,        kResetTime,        kResetState,
-                       kResetSpawned,       kStateGetting, kStateSetting,     kPause,
-                       kStepSingle,         kStepMultiple, kWorldLoading,     kWorldUnloading};
+  features.features = {kSpawning,           kDeleting,
+                       kEntityBounds,       kEntityCategories,
+                       kEntityStateGetting, kEntityStateSetting,
+                       kEntityInfoGetting,  kReset,
+                       kResetTime,          kResetState,
+                       kResetSpawned,       kStateGetting,
+                       kStateSetting,       kPause,
+                       kStepSingle,         kStepMultiple,
+                       kStepAction,         kWorldLoading,
+                       kWorldUnloading,     kSpawningEntities};
   features.spawn_formats = known.spawn_formats;
   features.custom_info = reply.message + " Further requests by the service 'control':";
   for (const std::string& request : known.requests) features.custom_info += " " + request;
@@ -249,15 +378,9 @@ void respond(const ControlReply& reply, const std::string& note, srv::GetEntitie
   response.result = result_of(reply);
   const auto found = response_of<requests::GetEntitiesResponse>(reply);
   if (!found) return;
-  const auto split = note.find('\n');
-  const Expression expression(note.substr(0, split));
-  const std::string categories = note.substr(split + 1);
-  for (const auto& entity : found->entities) {
-    const char category = static_cast<char>('0' + category_number(entity.type));
-    if (!categories.empty() && categories.find(category) == std::string::npos) continue;
-    if (split > 0 && !(expression.good() && expression.matches(entity.name))) continue;
-    response.entities.push_back(entity.name);
-  }
+  const Choice choice(note);
+  for (const auto& entity : found->entities)
+    if (choice.has(entity.name, entity.type)) response.entities.push_back(entity.name);
 }
 void respond(const ControlReply& reply, const std::string&, srv::GetEntityState_Response& response) {
   response.result = result_of(reply);
@@ -280,6 +403,20 @@ void respond(const ControlReply& reply, const std::string&, srv::SpawnEntity_Res
   response.result = result_of(reply);
   if (const auto spawned = response_of<requests::SpawnEntityResponse>(reply))
     response.entity_name = spawned->entity;
+}
+void respond(std::span<const ControlReply> replies, srv::SpawnEntities_Response& response) {
+  constexpr std::uint8_t kSomeFailed = 150;
+  std::size_t failed = 0;
+  for (const ControlReply& reply : replies) {
+    srv::SpawnEntity_Response single;
+    respond(reply, {}, single);
+    if (reply.result != ControlResult::ok) ++failed;
+    response.results.push_back({single.result, single.entity_name});
+  }
+  response.result.result = failed == 0 ? static_cast<std::uint8_t>(ControlResult::ok) : kSomeFailed;
+  if (failed > 0)
+    response.result.error_message = std::to_string(failed) + " of " + std::to_string(replies.size()) +
+                                    " entities were not spawned; see their results.";
 }
 void respond(const ControlReply& reply, const std::string&, takt_msgs::srv::Control_Response& response) {
   response.result = static_cast<std::int32_t>(reply.result);

@@ -1,11 +1,15 @@
 #pragma once
 // Conversion between the services of simulation_interfaces and the control vocabulary of takt: a request
 // becomes a ControlRequest (or is refused at once), a ControlReply becomes the response.
+#include <span>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "ros2_service_msgs.h"
 #include "server/runtime/requests/control.h"
+#include "server/simulation/model/cell_description.h"
+#include "server/simulation/model/snapshot.h"
 
 namespace takt::ros {
 
@@ -33,8 +37,23 @@ Question ask(const srv::SetEntityState_Request& request);
 /// The resource's uri is a mesh file, or copy_of:NAME for another one of the Part NAME; behind a question
 /// mark the further arguments of spawn_entity: bolt.obj?mass=0.02&hierarchy=3.
 Question ask(const srv::SpawnEntity_Request& request);
+/// One request for each entity, or why there is none.
+std::variant<std::vector<Question>, Refusal> ask(const srv::SpawnEntities_Request& request);
 Question ask(const srv::DeleteEntity_Request& request);
 Question ask(const takt_msgs::srv::Control_Request& request);
+
+/// The newest published instant; nullptr without a scenario.
+struct Instant {
+  const CellDescription* cell = nullptr;
+  const Snapshot* snapshot = nullptr;
+};
+// Services that are no request of takt: answered from the newest instant. Bounds are a box in the entity's frame.
+void answer(const Instant& now, const srv::GetEntitiesStates_Request& request,
+            srv::GetEntitiesStates_Response& response);
+void answer(const Instant& now, const srv::GetEntityInfo_Request& request,
+            srv::GetEntityInfo_Response& response);
+void answer(const Instant& now, const srv::GetEntityBounds_Request& request,
+            srv::GetEntityBounds_Response& response);
 
 simulation_interfaces::msg::Result result_of(const ControlReply& reply);
 
@@ -50,6 +69,8 @@ void respond(const ControlReply& reply, const std::string& note, srv::LoadWorld_
 void respond(const ControlReply& reply, const std::string& note, srv::GetEntities_Response& response);
 void respond(const ControlReply& reply, const std::string& note, srv::GetEntityState_Response& response);
 void respond(const ControlReply& reply, const std::string& note, srv::SpawnEntity_Response& response);
+/// `replies`: to each of its requests.
+void respond(std::span<const ControlReply> replies, srv::SpawnEntities_Response& response);
 void respond(const ControlReply& reply, const std::string& note, takt_msgs::srv::Control_Response& response);
 
 }  // namespace takt::ros

@@ -1,11 +1,12 @@
 #include "server/dds/ros_services.h"
 
 #include <algorithm>
-#include <set>
+#include <exception>
+#include <optional>
 #include <utility>
 
+#include "idl/common/cdr.h"
 #include "ros2_service_msgs.h"
-#include "server/dds/ros_service_messages.h"
 #include "server/runtime/monotonic_clock.h"
 #include "server/runtime/requests/request_text.h"
 
@@ -15,87 +16,160 @@ namespace {
 
 constexpr std::int64_t kLongestWait_ns = 1'000'000'000;
 
-/// Identity of a request for rmw_fastrtps: its own sequence number, and the reader that waits for the reply.
-rtps::SampleIdentity caller_of(const dds::SampleInfo& info) {
-  rtps::SampleIdentity caller = info.sample_identity;
-  const DdsGuid& reader = info.related_sample_identity.writer_guid();
-  if (reader != DdsGuid::unknown()) caller.writer_guid(reader);
-  return caller;
-}
-
 }  // namespace
 
-/// DDS may discover a caller's reader of replies after its request; the reply then waits.
-class RosServices::Service : public dds::DataReaderListener, public dds::DataWriterListener {
+/// Its requests are read on a thread of DDS, its replies written on the publishing thread.
+class RosServices::Service {
  public:
   explicit Service(RosServices& services) : services_(services) {}
-  virtual void write(const Call& call, const ControlReply& reply) = 0;
+  virtual ~Service() = default;
+  Service(const Service&) = delete;
+  Service& operator=(const Service&) = delete;
 
-  bool reaches(const rtps::SampleIdentity& caller) {
-    const std::lock_guard lock(mutex_);
-    return std::any_of(readers_.begin(), readers_.end(), [&](const DdsGuid& reader) {
-      return reader == caller.writer_guid() || reader.guidPrefix == caller.writer_guid().guidPrefix;
-    });
+  bool reaches(const RosEndpoint::Caller& caller) { return endpoint_->reaches(caller); }
+  void write(const Call& call, const ControlReply& reply, const ros::Instant& now) {
+    endpoint_->write(call.caller, encoded(call, reply, now));
   }
 
  protected:
-  void on_publication_matched(dds::DataWriter*, const dds::PublicationMatchedStatus& status) override {
-    const std::lock_guard lock(mutex_);
-    const DdsGuid reader = guid_of(status.last_subscription_handle);
-    if (status.current_count_change > 0) {
-      readers_.insert(reader);
-    } else {
-      readers_.erase(reader);
-    }
+  void listen(Participant& participant, const std::string& name, const MessageInfo& request,
+              const MessageInfo& response) {
+    const auto on_request = [this](const RosEndpoint::Caller& caller, std::span<const std::uint8_t> sample) {
+      received(caller, sample);
+    };
+    endpoint_.emplace(participant, name, request, response, on_request,
+                      [this] { services_.host_.outbound().news.post(); });
   }
+  /// std::nullopt where the bytes are no request.
+  virtual std::optional<ros::Question> question(std::span<const std::uint8_t> sample) const = 0;
+  virtual std::string encoded(const Call& call, const ControlReply& reply, const ros::Instant& now) const = 0;
 
-  void received(const dds::SampleInfo& info, ros::Question question) {
-    Call call{this, caller_of(info), {}};
-    if (auto* asked = std::get_if<ros::Asked>(&question)) {
+  virtual void received(const RosEndpoint::Caller& caller, std::span<const std::uint8_t> sample) {
+    std::optional<ros::Question> found = question(sample);
+    if (!found) return;
+    Call call{this, caller, {}, nullptr};
+    if (auto* asked = std::get_if<ros::Asked>(&*found)) {
       call.note = std::move(asked->note);
       if (std::string fault = find_text_fault(asked->request); !fault.empty())
         return services_.answer(std::move(call), {0, ControlResult::failed, std::move(fault)});
       services_.submit(std::move(call), std::move(asked->request));
     } else {
-      auto& refusal = std::get<Refusal>(question);
+      auto& refusal = std::get<Refusal>(*found);
       services_.answer(std::move(call), {0, refusal.result, std::move(refusal.message)});
     }
   }
 
   RosServices& services_;
-  dds::DataWriter* writer_ = nullptr;
 
  private:
-  std::mutex mutex_;
-  std::set<DdsGuid> readers_;  // guarded by mutex_
+  std::optional<RosEndpoint> endpoint_;
 };
 
 template <typename RequestType, typename ResponseType>
 class RosServices::TypedService final : public RosServices::Service {
  public:
   TypedService(RosServices& services, Participant& participant, const std::string& name) : Service(services) {
-    constexpr QosPolicy policy = qos_of(TopicQos::control);
-    writer_ = participant.create_writer<ResponseType>(
-        "rr/" + name + "Reply", writer_qos(participant.default_writer_qos(), policy), this);
-    participant.create_reader<RequestType>(
-        "rq/" + name + "Request", service_reader_qos(participant.default_reader_qos(), policy), this);
+    listen(participant, name, message_info<RequestType>(), message_info<ResponseType>());
   }
 
-  void on_data_available(dds::DataReader* reader) override {
-    RequestType message;
-    dds::SampleInfo info;
-    while (is_ok(reader->take_next_sample(&message, &info))) {
-      if (info.valid_data) received(info, ros::ask(message));
+  /// An exception would go through the threads of DDS and end the process.
+  std::optional<ros::Question> question(std::span<const std::uint8_t> sample) const override {
+    try {
+      RequestType message;
+      if (!cdr::read(sample, message)) return std::nullopt;
+      return ros::ask(message);
+    } catch (const std::exception&) {
+      return std::nullopt;
     }
   }
 
-  void write(const Call& call, const ControlReply& reply) override {
+  std::string encoded(const Call& call, const ControlReply& reply, const ros::Instant&) const override {
     ResponseType message;
     ros::respond(reply, call.note, message);
-    rtps::WriteParams params;
-    params.related_sample_identity(call.caller);
-    // A reply that DDS refuses is lost; the caller's time-out reports it.
-    (void)written(*writer_, message, params);
+    std::string bytes;
+    (void)cdr::write(message, bytes);
+    return bytes;
+  }
+};
+
+/// A service that the publishing thread answers from the newest instant.
+template <typename RequestType, typename ResponseType>
+class RosServices::InstantService final : public RosServices::Service {
+ public:
+  InstantService(RosServices& services, Participant& participant, const std::string& name)
+      : Service(services) {
+    listen(participant, name, message_info<RequestType>(), message_info<ResponseType>());
+  }
+
+ private:
+  std::optional<ros::Question> question(std::span<const std::uint8_t>) const override { return std::nullopt; }
+  void received(const RosEndpoint::Caller& caller, std::span<const std::uint8_t> sample) override {
+    services_.answer({this, caller, std::string(reinterpret_cast<const char*>(sample.data()), sample.size())},
+                     {});
+  }
+  std::string encoded(const Call& call, const ControlReply&, const ros::Instant& now) const override {
+    RequestType request;
+    ResponseType response;
+    const auto* bytes = reinterpret_cast<const std::uint8_t*>(call.note.data());
+    if (cdr::read({bytes, call.note.size()}, request)) {
+      ros::answer(now, request, response);
+    } else {
+      response.result.error_message = "The request cannot be read.";
+      response.result.result = static_cast<std::uint8_t>(ControlResult::failed);
+    }
+    std::string encoded;
+    (void)cdr::write(response, encoded);
+    return encoded;
+  }
+};
+
+/// Requests of one call, one after the other.
+struct RosServices::Batch {
+  Service* service = nullptr;
+  RosEndpoint::Caller caller;
+  std::vector<ros::Question> questions;
+  std::vector<ControlReply> replies;  ///< to the first questions
+};
+
+class RosServices::SpawnEntities final : public RosServices::Service {
+ public:
+  using Request = ros::srv::SpawnEntities_Request;
+  using Response = ros::srv::SpawnEntities_Response;
+
+  SpawnEntities(RosServices& services, Participant& participant, const std::string& name)
+      : Service(services) {
+    listen(participant, name, message_info<Request>(), message_info<Response>());
+  }
+
+ private:
+  std::optional<ros::Question> question(std::span<const std::uint8_t>) const override { return std::nullopt; }
+  void received(const RosEndpoint::Caller& caller, std::span<const std::uint8_t> sample) override {
+    try {
+      Request request;
+      if (!cdr::read(sample, request)) return;
+      auto questions = ros::ask(request);
+      if (auto* refusal = std::get_if<Refusal>(&questions))
+        return services_.answer({this, caller, {}, nullptr},
+                                {0, refusal->result, std::move(refusal->message)});
+      auto batch = std::make_shared<Batch>();
+      batch->service = this;
+      batch->caller = caller;
+      batch->questions = std::get<0>(std::move(questions));
+      services_.begin(std::move(batch));
+    } catch (const std::exception&) {  // it would end the process; the caller's time-out reports it
+      return;
+    }
+  }
+  std::string encoded(const Call& call, const ControlReply& reply, const ros::Instant&) const override {
+    Response response;
+    if (call.batch) {
+      ros::respond(call.batch->replies, response);
+    } else {
+      response.result = ros::result_of(reply);
+    }
+    std::string bytes;
+    (void)cdr::write(response, bytes);
+    return bytes;
   }
 };
 
@@ -112,6 +186,14 @@ void RosServices::serve(Participant& participant, const std::string& cell) {
   TAKT_FOR_EACH_ROS_SERVICE(TAKT_SERVICE)
   TAKT_SERVICE(takt_msgs::srv::Control, "control", )
 #undef TAKT_SERVICE
+  const auto add_instant = [&]<typename Request, typename Response>(const char* name) {
+    services_.push_back(
+        std::make_unique<InstantService<Request, Response>>(*this, participant, cell + "/" + name));
+  };
+  services_.push_back(std::make_unique<SpawnEntities>(*this, participant, cell + "/spawn_entities"));
+  add_instant.operator()<GetEntitiesStates_Request, GetEntitiesStates_Response>("get_entities_states");
+  add_instant.operator()<GetEntityInfo_Request, GetEntityInfo_Response>("get_entity_info");
+  add_instant.operator()<GetEntityBounds_Request, GetEntityBounds_Response>("get_entity_bounds");
 }
 
 void RosServices::submit(Call call, ControlRequest request) {
@@ -124,6 +206,43 @@ void RosServices::submit(Call call, ControlRequest request) {
   host_.submit(request);
 }
 
+void RosServices::begin(std::shared_ptr<Batch> batch) {
+  {
+    const std::lock_guard lock(mutex_);
+    go_on(batch);
+  }
+  host_.outbound().news.post();
+}
+
+void RosServices::go_on(const std::shared_ptr<Batch>& batch) {
+  while (batch->replies.size() < batch->questions.size()) {
+    ros::Question& question = batch->questions[batch->replies.size()];
+    if (auto* refusal = std::get_if<Refusal>(&question)) {
+      batch->replies.push_back({0, refusal->result, refusal->message});
+      continue;
+    }
+    ControlRequest request = std::move(std::get<ros::Asked>(question).request);
+    if (std::string fault = find_text_fault(request); !fault.empty()) {
+      batch->replies.push_back({0, ControlResult::failed, std::move(fault)});
+      continue;
+    }
+    request.id = newest_id_++;
+    calls_.emplace(request.id, Call{batch->service, batch->caller, {}, batch});
+    of_batches_.push_back(std::move(request));
+    return;
+  }
+  waiting_.push_back({Call{batch->service, batch->caller, {}, batch}, {}, monotonic_now_ns()});
+}
+
+void RosServices::submit_following() {
+  std::vector<ControlRequest> requests;
+  {
+    const std::lock_guard lock(mutex_);
+    requests.swap(of_batches_);
+  }
+  for (const ControlRequest& request : requests) host_.submit(request);
+}
+
 void RosServices::answer(Call call, ControlReply reply) {
   {
     const std::lock_guard lock(mutex_);
@@ -132,7 +251,7 @@ void RosServices::answer(Call call, ControlReply reply) {
   host_.outbound().news.post();
 }
 
-void RosServices::write_replies(std::span<const ControlReply> replies) {
+void RosServices::write_replies(std::span<const ControlReply> replies, const ros::Instant& present) {
   const std::int64_t now = monotonic_now_ns();
   std::vector<Waiting> due;
   {
@@ -140,8 +259,14 @@ void RosServices::write_replies(std::span<const ControlReply> replies) {
     for (const ControlReply& reply : replies) {
       const auto call = calls_.find(reply.id);
       if (call == calls_.end()) continue;
-      waiting_.push_back({std::move(call->second), reply, now});
+      const Call found = std::move(call->second);
       calls_.erase(call);
+      if (found.batch) {
+        found.batch->replies.push_back(sanitize(reply));
+        go_on(found.batch);
+      } else {
+        waiting_.push_back({found, reply, now});
+      }
     }
     std::vector<Waiting> later;
     for (Waiting& waiting : waiting_) {
@@ -153,7 +278,8 @@ void RosServices::write_replies(std::span<const ControlReply> replies) {
     if (waiting_.size() > kRemembered)
       waiting_.erase(waiting_.begin(), waiting_.end() - static_cast<std::ptrdiff_t>(kRemembered));
   }
-  for (Waiting& waiting : due) waiting.call.service->write(waiting.call, sanitize(std::move(waiting.reply)));
+  for (Waiting& waiting : due)
+    waiting.call.service->write(waiting.call, sanitize(std::move(waiting.reply)), present);
 }
 
 }  // namespace takt

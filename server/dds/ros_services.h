@@ -2,10 +2,7 @@
 // The control requests as ROS 2 services: /<cell>/<service> of simulation_interfaces 2.1, and
 // /<cell>/control (takt_msgs/srv/Control), which takes any request of takt by name.
 //
-// A service is two topics, rq/<cell>/<service>Request and rr/<cell>/<service>Reply. A reply identifies its
-// request in its related_sample_identity, as rmw_fastrtps does: the caller's reply reader, which the request
-// carries in the same place (else the writer of the request), and the request's sequence number. Nodes on
-// rmw_cyclonedds write the identity into the payload instead and cannot call.
+// How a reply finds its caller: ros_endpoint.h.
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -15,6 +12,8 @@
 #include <vector>
 
 #include "server/dds/participant.h"
+#include "server/dds/ros_endpoint.h"
+#include "server/dds/ros_service_messages.h"
 #include "server/runtime/host/cell_host.h"
 
 namespace takt {
@@ -34,19 +33,27 @@ class RosServices {
   /// Makes readers and writers. Call once; the participant must be destroyed before this object.
   void serve(Participant& participant, const std::string& cell);
 
+  /// Publishing thread, without a lock that the host waits for: submits requests that follow others.
+  void submit_following();
   /// Publishing thread: writes the replies of the services, and those that wait for the discovery of their
   /// caller's reader.
-  void write_replies(std::span<const ControlReply> replies);
+  /// `now` answers what is no request of takt.
+  void write_replies(std::span<const ControlReply> replies, const ros::Instant& now);
 
  private:
-  /// One service. Its requests are read on a thread of DDS, its replies written on the publishing thread.
   class Service;
   template <typename RequestType, typename ResponseType>
   class TypedService;
+  template <typename RequestType, typename ResponseType>
+  class InstantService;
+  class SpawnEntities;
+  struct Batch;
   struct Call {
     Service* service = nullptr;
-    rtps::SampleIdentity caller;
-    std::string note;  ///< the part of the request that the response needs
+    RosEndpoint::Caller caller;
+    /// The part of the request that the response needs; all of it where the instant answers.
+    std::string note;
+    std::shared_ptr<Batch> batch{};  ///< that the request is one of, or nullptr
   };
   struct Waiting {
     Call call;
@@ -55,12 +62,16 @@ class RosServices {
   };
   void submit(Call call, ControlRequest request);
   void answer(Call call, ControlReply reply);
+  void begin(std::shared_ptr<Batch> batch);
+  /// With mutex_ held: passes on the next request of the batch, or its answer.
+  void go_on(const std::shared_ptr<Batch>& batch);
 
   CellHost& host_;
   std::vector<std::unique_ptr<Service>> services_;
   std::mutex mutex_;
   std::uint64_t newest_id_ = kFirstId;  // guarded by mutex_, as all below
   std::map<std::uint64_t, Call> calls_;
+  std::vector<ControlRequest> of_batches_;  ///< to be submitted
   std::vector<Waiting> waiting_;
 };
 

@@ -24,7 +24,7 @@ std::string fitting(std::string_view text, const FieldInfo& field) {
 
 StatePublisher::StatePublisher(CellHost& host, Participant& participant, const TopicNames& topics,
                                const SenderRegistry& senders, const CommandSubscriber& commands,
-                               ControlService& control, RosServices& services)
+                               ControlService& control, RosServices& services, ActionServers& actions)
     : host_(host),
       participant_(participant),
       topics_(topics),
@@ -32,6 +32,7 @@ StatePublisher::StatePublisher(CellHost& host, Participant& participant, const T
       commands_(commands),
       control_(control),
       services_(services),
+      actions_(actions),
       event_readers_([this](int change) {
         host_.outbound().instant_readers.change(change);  // an event has the instant of the newest state
         host_.outbound().news.post();
@@ -81,14 +82,20 @@ void StatePublisher::describe(const CellDescription& cell) {
 }
 
 void StatePublisher::write() {
-  const std::lock_guard lock(mutex_);
-  const PacketCork cork;
-  write_news(true);
-  if (publisher_) {
-    publisher_->repeat_if_due();
-  } else {
-    write_idle_status();
+  std::uint64_t step = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    const PacketCork cork;
+    write_news(true);
+    if (publisher_) {
+      publisher_->repeat_if_due();
+      step = publisher_->present_step();
+    } else {
+      write_idle_status();
+    }
   }
+  services_.submit_following();
+  actions_.write(step);
 }
 
 std::int64_t StatePublisher::longest_sleep_ns() const {
@@ -141,7 +148,10 @@ void StatePublisher::write_news(bool with_status) {
   }
   const std::vector<ControlReply> replies = host_.outbound().take_replies();
   control_.write_replies(replies);
-  services_.write_replies(replies);
+  const Snapshot* newest = publisher_ ? publisher_->newest() : nullptr;
+  services_.write_replies(replies,
+                          newest != nullptr ? ros::Instant{&publisher_->cell(), newest} : ros::Instant{});
+  actions_.take_replies(replies);
 }
 
 void StatePublisher::write_status(const LoopStatus& status, const CellDescription& cell) {

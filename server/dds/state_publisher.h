@@ -9,6 +9,7 @@
 #include <string>
 
 #include "idl/common/histogram.h"
+#include "server/dds/action_servers.h"
 #include "server/dds/cell_publisher.h"
 #include "server/dds/command_subscriber.h"
 #include "server/dds/control_service.h"
@@ -26,7 +27,7 @@ class StatePublisher final : public InstantWriter {
   /// Makes the writers. All arguments must outlive this. Throws DdsError.
   StatePublisher(CellHost& host, Participant& participant, const TopicNames& topics,
                  const SenderRegistry& senders, const CommandSubscriber& commands, ControlService& control,
-                 RosServices& services);
+                 RosServices& services, ActionServers& actions);
   StatePublisher(const StatePublisher&) = delete;
   StatePublisher& operator=(const StatePublisher&) = delete;
 
@@ -76,6 +77,7 @@ class StatePublisher final : public InstantWriter {
   const CommandSubscriber& commands_;
   ControlService& control_;
   RosServices& services_;
+  ActionServers& actions_;
 
   ReaderCount event_readers_;
   dds::DataWriter* description_writer_ = nullptr;

@@ -140,9 +140,9 @@ TEST(RosAnswers, EntitiesAreListedByExpressionAndCategory) {
   using Names = std::vector<std::string>;
   EXPECT_EQ(names("\n"), (Names{"P1", "G", "T"}));
   EXPECT_EQ(names("^P\n"), Names{"P1"});
-  EXPECT_EQ(names("\n1"), Names{"P1"});
-  EXPECT_EQ(names("\n2"), Names{"G"});
-  EXPECT_EQ(names("T|G\n25"), (Names{"G", "T"}));
+  EXPECT_EQ(names("\n0"), Names{"P1"});
+  EXPECT_EQ(names("\n1"), Names{"G"});
+  EXPECT_EQ(names("T|G\n15"), (Names{"G", "T"}));
   srv::GetEntities_Response nothing;
   reply.values[0].value.text = "[{";
   respond(reply, "\n", nothing);

@@ -145,7 +145,7 @@ FNR == 1 {
   if (!third_party && (quoted || starts_any(target, "plant_models/ idl/ server/ client_lib/"))) {
     # What is generated of idl/*.idl is included by its bare name. Enumerations are everybody's.
     if (target == "takt_enumerations.h") next
-    generated = target ~ /^([a-z0-9_]*_msgs|takt_topics)\.h$/
+    generated = target ~ /^([a-z0-9_]*_msgs|takt_topics|takt_actions)\.h$/
     # Those of requests and events belong to the vocabulary.
     if (target ~ /^takt_(request|event|player)(s|_table)?\.h$/) target = "idl/vocabulary/" target
     if (target ~ /(^|\/)\.\.?\//) complain("includes are relative to the repository's root: " target)

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "foxglove_msgs.h"
+#include "ros2_action_msgs.h"
 #include "ros2_service_msgs.h"
 #include "takt_msgs.h"
 #include "tests/support/random_message.h"
@@ -49,6 +50,7 @@ TEST(Cdr, EveryMessageComesBackAsItWas) {
   expect_round_trips(TaktMsgs{});
   expect_round_trips(Ros2Msgs{});
   expect_round_trips(Ros2ServiceMsgs{});
+  expect_round_trips(Ros2ActionMsgs{});
   expect_round_trips(FoxgloveMsgs{});
 }
 

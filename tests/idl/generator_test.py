@@ -44,6 +44,34 @@ class Reading(unittest.TestCase):
         self.assertEqual(reader.structs["a/msg/T"].dds_type, "a::msg::dds_::T_")
         self.assertEqual(cpp.cpp_type(tags), "std::vector<std::string>")
 
+    def test_an_array_is_its_elements_on_the_wire(self):
+        reader = read(in_module("@final struct T { octet id[3]; long last; };"))
+        array = reader.structs["a/msg/T"].fields[0]
+        self.assertEqual(array.array, 3)
+        self.assertEqual(cpp.cpp_type(array), "std::array<std::uint8_t, 3>")
+        self.assertEqual([value for _, _, value in cpp.table_rows(reader.structs["a/msg/T"])],
+                         ["id[0]", "id[1]", "id[2]", "last"])
+
+    ACTION = """module unique_identifier_msgs { module msg { @final struct UUID { octet uuid[16]; }; }; };
+module builtin_interfaces { module msg { @final struct Time { long sec; unsigned long nanosec; }; }; };
+module a { module action {
+@final @action(id="go", name="{cell}/go") struct Go_Goal { double x; };
+@final struct Go_Result { double y; };
+%s
+}; };
+"""
+
+    def test_an_action_has_the_messages_of_its_services_and_topics(self):
+        reader = read(self.ACTION % "@final struct Go_Feedback { double z; };")
+        fields = {name: [field.name for field in reader.structs[f"a/action/Go_{name}"].fields]
+                  for name in ("SendGoal_Request", "SendGoal_Response", "GetResult_Request", "GetResult_Response",
+                               "FeedbackMessage")}
+        self.assertEqual(fields, {"SendGoal_Request": ["goal_id", "goal"], "SendGoal_Response": ["accepted", "stamp"],
+                                  "GetResult_Request": ["goal_id"], "GetResult_Response": ["status", "result"],
+                                  "FeedbackMessage": ["goal_id", "feedback"]})
+        with self.assertRaisesRegex(idl.IdlError, "own.idl:4: action Go_Goal has no struct a/action/Go_Feedback; add one"):
+            read(self.ACTION % "")
+
     def test_comments_belong_to_what_they_stand_at(self):
         reader = read(in_module("""
 // Of nothing.

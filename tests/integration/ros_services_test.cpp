@@ -3,92 +3,22 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <map>
 
 #include "idl/common/stamp.h"
 #include "idl/common/text.h"
 #include "ros2_service_msgs.h"
 #include "server/dds/ros_service_messages.h"
 #include "tests/support/hosted_service.h"
+#include "tests/support/ros_caller.h"
 
 namespace {
 
 namespace srv = simulation_interfaces::srv;
+using takt::test::Caller;
 using takt::test::HostedService;
 using takt::test::RawDdsClient;
-using takt::test::RawWriter;
 using takt::test::test_cell;
 using takt::test::test_domain;
-namespace fdds = takt::test::fdds;
-namespace frtps = takt::rtps;
-
-/// Waits for both directions before it asks, as ROS 2 does (wait_for_service): a reply that is sent before the reader of
-/// replies knows its writer is lost.
-template <typename RequestType, typename ResponseType>
-class Caller final : public fdds::DataReaderListener {
- public:
-  using Request = RequestType;
-  using Response = ResponseType;
-
-  Caller(RawDdsClient& dds, const std::string& name)
-      : reader_(dds.listen<ResponseType>("rr/" + test_cell() + "/" + name + "Reply", this)),
-        writer_(dds.write<RequestType>("rq/" + test_cell() + "/" + name + "Request")) {
-    std::unique_lock lock(mutex_);
-    const bool heard = arrived_.wait_for(lock, std::chrono::seconds(60), [this] { return matched_; });
-    if (!heard || !writer_.matches->wait_for(1)) throw std::runtime_error("no service " + name);
-  }
-
-  std::int64_t send(Request request) {
-    frtps::WriteParams params;
-    params.related_sample_identity().writer_guid(reader_->guid());
-    if (!takt::written(*writer_.writer, request, params)) throw std::runtime_error("not written");
-    return number(params.sample_identity());
-  }
-  Response await(std::int64_t sent) {
-    std::unique_lock lock(mutex_);
-    if (!arrived_.wait_for(lock, std::chrono::seconds(60), [&] { return responses_.contains(sent); }))
-      throw std::runtime_error("no reply");
-    return responses_.at(sent);
-  }
-  Response call(const Request& request) { return await(send(request)); }
-  std::size_t strangers() {
-    const std::lock_guard lock(mutex_);
-    return strangers_;
-  }
-
-  void on_subscription_matched(fdds::DataReader*, const fdds::SubscriptionMatchedStatus& status) override {
-    const std::lock_guard lock(mutex_);
-    matched_ = status.current_count > 0;
-    arrived_.notify_all();
-  }
-  void on_data_available(fdds::DataReader* reader) override {
-    Response response;
-    fdds::SampleInfo info;
-    while (takt::is_ok(reader->take_next_sample(&response, &info))) {
-      if (!info.valid_data) continue;
-      const std::lock_guard lock(mutex_);
-      if (info.related_sample_identity.writer_guid() == reader->guid()) {
-        responses_[number(info.related_sample_identity)] = response;
-      } else {
-        ++strangers_;
-      }
-      arrived_.notify_all();
-    }
-  }
-
- private:
-  static std::int64_t number(const frtps::SampleIdentity& identity) {
-    return static_cast<std::int64_t>(identity.sequence_number().to64long());
-  }
-
-  std::mutex mutex_;
-  std::condition_variable arrived_;
-  std::map<std::int64_t, Response> responses_;
-  std::size_t strangers_ = 0;
-  bool matched_ = false;
-  fdds::DataReader* reader_;
-  RawWriter writer_;
-};
 
 #define CALLER(Type, name) Caller<srv::Type##_Request, srv::Type##_Response> name
 
@@ -150,9 +80,13 @@ TEST(RosServices, AStockNodeRunsTheCell) {
 TEST(RosServices, EntitiesAreListedMovedMadeAndDeleted) {
   HostedService service;
   std::unique_ptr<CALLER(GetEntities, )> list;
+  std::unique_ptr<CALLER(GetEntitiesStates, )> all;
+  std::unique_ptr<CALLER(GetEntityInfo, )> info;
+  std::unique_ptr<CALLER(GetEntityBounds, )> bounds;
   std::unique_ptr<CALLER(GetEntityState, )> get;
   std::unique_ptr<CALLER(SetEntityState, )> set;
   std::unique_ptr<CALLER(SpawnEntity, )> spawn;
+  std::unique_ptr<CALLER(SpawnEntities, )> spawn_several;
   std::unique_ptr<CALLER(DeleteEntity, )> remove;
   std::unique_ptr<Caller<takt_msgs::srv::Control_Request, takt_msgs::srv::Control_Response>> control;
   RawDdsClient dds(test_domain());
@@ -160,9 +94,13 @@ TEST(RosServices, EntitiesAreListedMovedMadeAndDeleted) {
     caller = std::make_unique<std::remove_reference_t<decltype(*caller)>>(dds, name);
   };
   make(list, "get_entities");
+  make(all, "get_entities_states");
+  make(info, "get_entity_info");
+  make(bounds, "get_entity_bounds");
   make(get, "get_entity_state");
   make(set, "set_entity_state");
   make(spawn, "spawn_entity");
+  make(spawn_several, "spawn_entities");
   make(remove, "delete_entity");
   make(control, "control");
 
@@ -179,17 +117,38 @@ TEST(RosServices, EntitiesAreListedMovedMadeAndDeleted) {
   };
   using Names = std::vector<std::string>;
   EXPECT_EQ(names("^[PC]$").second, (Names{"P", "C"}));
-  EXPECT_EQ(names("", {1}).second, (Names{"P", "C"}));
-  EXPECT_EQ(names("^Gripper1$", {2}).second, (Names{"Gripper1"}));
+  EXPECT_EQ(names("", {0}).second, (Names{"P", "C"}));
+  EXPECT_EQ(names("^Gripper1$", {1}).second, (Names{"Gripper1"}));
   EXPECT_EQ(names("nothing like it"), std::pair(std::uint8_t{1}, Names{}));
   EXPECT_EQ(names("(").first, 4);
   EXPECT_EQ(names("(a{1,30000}){1,30000}").first, 0);
+
+  srv::GetEntitiesStates_Request parts;
+  parts.filters.filter = "^[PC]$";
+  const auto states = all->call(parts);
+  EXPECT_EQ(states.result.result, 1);
+  EXPECT_EQ(states.entities, (Names{"P", "C"}));
+  ASSERT_EQ(states.states.size(), 2U);
+  parts.filters.filter = "(";
+  EXPECT_EQ(all->call(parts).result.result, 4);
+  const auto known = info->call({"C"});
+  EXPECT_EQ(known.result.result, 1);
+  EXPECT_EQ(known.info.category.category, 0);
+  EXPECT_EQ(known.info.description, "part of 0.5 kg, hierarchy 3");
+  EXPECT_EQ(info->call({"nobody"}).result.result, 2);
+  const auto box = bounds->call({"P"});
+  ASSERT_EQ(box.result.result, 1);
+  EXPECT_EQ(box.bounds.type, 1);
+  ASSERT_EQ(box.bounds.points.size(), 2U);
+  EXPECT_GT(box.bounds.points[0].x, box.bounds.points[1].x);
+  EXPECT_EQ(bounds->call({"nobody"}).result.result, 2);
 
   srv::GetEntityState_Request which;
   which.entity = "C";
   const auto before = get->call(which);
   ASSERT_EQ(before.result.result, 1);
   EXPECT_EQ(before.state.header.frame_id, "world");
+  EXPECT_EQ(before.state, states.states[1]);
   srv::SetEntityState_Request there;
   there.entity = "C";
   there.state = before.state;
@@ -229,6 +188,26 @@ TEST(RosServices, EntitiesAreListedMovedMadeAndDeleted) {
   EXPECT_EQ(spawned.entity_name, "C_2");
   copy.entity_resource.uri = "copy_of:C?mass";
   EXPECT_EQ(spawn->call(copy).result.result, 106);
+  srv::SpawnEntities_Request several;
+  several.spawn_requests.resize(3);
+  for (auto& one : several.spawn_requests) {
+    one.allow_renaming = true;
+    one.entity_resource.uri = "copy_of:C";
+    one.initial_pose.pose.position.z = 1.5;
+  }
+  several.spawn_requests[1].entity_resource.uri.clear();
+  several.spawn_requests[2].initial_pose.pose.position.z = 2.5;
+  const auto some = spawn_several->call(several);
+  EXPECT_EQ(some.result.result, 150);
+  ASSERT_EQ(some.results.size(), 3U);
+  EXPECT_EQ(some.results[0].result.result, 1) << some.results[0].result.error_message;
+  EXPECT_EQ(some.results[0].entity_name, "C_3");
+  EXPECT_EQ(some.results[1].result.result, 104);
+  EXPECT_EQ(some.results[2].entity_name, "C_4");
+  several.spawn_requests.resize(1);
+  EXPECT_EQ(spawn_several->call(several).result.result, 1);
+  several.spawn_requests.resize(101);
+  EXPECT_EQ(spawn_several->call(several).result.result, 4);
   any.request = "get_state";
   any.arguments = {};
   const auto state = control->call(any);

@@ -1,4 +1,4 @@
-// The step path in steady state: commands in, a step, the snapshot out to a reader. It does not allocate,
+// The step path in steady state: commands in, a goal that is watched, a step, the snapshot out to a reader. It does not allocate,
 // takes no lock, makes no system call except to wake the reader, never waits, and faults no page.
 #include <gtest/gtest.h>
 #include <sys/mman.h>
@@ -8,6 +8,7 @@
 #include <mutex>
 
 #include "server/runtime/loop/run_loop.h"
+#include "tests/support/constants.h"
 #include "tests/support/effort.h"
 #include "tests/support/loop_reader.h"
 #include "tests/support/service_cell.h"
@@ -19,9 +20,28 @@ namespace {
 struct Counts {
   std::uint64_t steps = 0, allocations = 0, locks = 0, calls = 0, wakes = 0;
   std::int64_t page_faults = 0, waits = 0;
-  std::uint64_t commands = 0;
+  std::uint64_t commands = 0, reports = 0;
   std::string listed;
 };
+
+/// A goal of the second robot, which stays where it is until long after the end of the test.
+void append_goal(RunLoop& loop) {
+  const RobotDescription& robot = loop.cell().robots[1];
+  RawTrajectory raw;
+  std::vector<double> positions;
+  for (const JointModel& joint : robot.arm.joints) raw.names.push_back(joint.name);
+  for (const double q : {0.0, -test::kQuarterTurn_rad, test::kQuarterTurn_rad, -test::kQuarterTurn_rad,
+                         -test::kQuarterTurn_rad, 0.0})
+    positions.push_back(q);
+  raw.points.push_back({positions, {}, {}, {}, 1e6});
+  const auto command = std::get<TrajectoryCommand>(validate(loop.cell(), 1, raw));
+  auto goal = std::make_shared<MotionGoal>();
+  goal->number = 1;
+  goal->target = 1;
+  goal->path = command.path;
+  goal->path_tolerance.position.fill(1.0);
+  EXPECT_FALSE(loop.append(command, goal));
+}
 
 /// Runs the loop freely, while commands come in and snapshots are fetched, and counts in its thread from
 /// `warm` steps on.
@@ -51,12 +71,14 @@ Counts counted_run(const std::shared_ptr<const CellModel>& model, std::uint64_t 
                 after.page_faults - before.page_faults,
                 after.waits - before.waits,
                 0,
+                0,
                 calls.listed()};
     }
   };
   RunLoop loop(simulation, options);
   test::LoopReader reader(loop);
   loop.start();
+  append_goal(loop);
   reader.submit("set_state", {{"state", "playing"}});
   EXPECT_TRUE(reader.wait_until([&] {
     // Other requests than this are no part of a step.
@@ -65,6 +87,11 @@ Counts counted_run(const std::shared_ptr<const CellModel>& model, std::uint64_t 
     return reader.snapshot && reader.snapshot->step >= end;
   }));
   loop.stop();
+  GoalReport report;
+  while (loop.output().goals.pop(report)) {
+    EXPECT_EQ(report.end, GoalEnd::none);
+    ++counts.reports;
+  }
   Snapshot snapshot = simulation.make_snapshot();
   simulation.read_snapshot(snapshot);
   counts.commands = snapshot.robots[0].commands_applied;
@@ -112,6 +139,7 @@ TEST(StepPath, TheStepPathHasNoAllocationLockWaitOrPageFault) {
   EXPECT_LE(counts.waits, 10);
   EXPECT_GT(counts.wakes, 0U) << "no reader was woken";
   EXPECT_GT(counts.commands, 100U);
+  EXPECT_GT(counts.reports, 100U) << "no goal was watched";
   RecordProperty("page_faults", std::to_string(counts.page_faults));
 }
 

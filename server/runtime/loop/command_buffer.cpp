@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 
 #include "idl/common/text.h"
 #include "server/runtime/requests/event.h"
@@ -28,7 +29,7 @@ CommandBuffer::CommandBuffer(const CellDescription& cell, std::size_t capacity)
 }
 
 std::optional<Rejection> CommandBuffer::append(const Command& command, std::uint64_t sender,
-                                               std::int64_t received_ns, bool* wake) {
+                                               std::int64_t received_ns, bool* wake, GoalPtr goal) {
   const int index = target_of(cell_, command);
   const auto subject = [&] { return std::string(target_name(cell_, index)); };
   const SimTime stamp = stamp_of(command);
@@ -46,7 +47,7 @@ std::optional<Rejection> CommandBuffer::append(const Command& command, std::uint
     const bool stale = older && !outvoted;
     target.older_stamp = stale && newest > present ? stamp : SimTime{};
     if (!stale && waiting_.size() < capacity_) {
-      waiting_.push_back({command, index, sender, received_ns});
+      waiting_.push_back({command, index, sender, received_ns, std::move(goal)});
       target.sender = sender;
       target.newest_stamp = stamp.given() ? stamp : newest;
       empty_.store(false, std::memory_order_release);

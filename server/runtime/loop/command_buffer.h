@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "server/runtime/requests/motion_goal.h"
 #include "server/simulation/model/cell_description.h"
 #include "server/simulation/model/command.h"
 
@@ -21,6 +22,7 @@ struct ReceivedCommand {
   int target = -1;               ///< target_of() the command
   std::uint64_t sender = 0;      ///< identifies the sender within this run of the server
   std::int64_t received_ns = 0;  ///< monotonic clock, when the adapter took it off the wire
+  GoalPtr goal{};                ///< that the command serves, or nullptr
 };
 
 class CommandBuffer {
@@ -37,7 +39,7 @@ class CommandBuffer {
   /// - malformed: the buffer is full, because the loop has not run for that many commands.
   /// `wake`: whether the loop has reason to look, see expect().
   std::optional<Rejection> append(const Command& command, std::uint64_t sender, std::int64_t received_ns,
-                                  bool* wake = nullptr);
+                                  bool* wake = nullptr, GoalPtr goal = nullptr);
 
   /// Loop thread, ahead of a wait in lockstep: commands with this stamp are missing for these targets. Until the next
   /// take_all() each of them but the last gives no reason to wake the loop, nor do commands with later stamps.
@@ -50,6 +52,7 @@ class CommandBuffer {
   void take_all(std::vector<ReceivedCommand>& out, bool may_wait = true);
 
   /// Loop thread: the present simulated time, for the rule about stamps.
+  SimTime present() const { return {present_ns_.load(std::memory_order_relaxed)}; }
   void set_present(SimTime present) { present_ns_.store(present.ns, std::memory_order_relaxed); }
 
   /// Loop thread, on a reset: discards waiting commands and the newest stamps.

@@ -4,15 +4,18 @@
 
 namespace takt {
 
-CommandIntake::CommandIntake(LoopContext& loop, LockstepBarrier& barrier)
+CommandIntake::CommandIntake(LoopContext& loop, LockstepBarrier& barrier, GoalMonitor& goals)
     : loop_(loop),
       barrier_(barrier),
+      goals_(goals),
       buffer_(loop.cell()),
       waiting_(static_cast<std::size_t>(target_count(loop.cell()))),
       ahead_(target_count(loop.cell())),
-      senders_(waiting_.size(), 0) {
+      senders_(waiting_.size(), 0),
+      stops_(waiting_.size()) {
   incoming_.reserve(buffer_.capacity());
   batch_.reserve(waiting_.size());
+  batch_goals_.reserve(waiting_.size());
 }
 
 void CommandIntake::collect() {
@@ -21,6 +24,10 @@ void CommandIntake::collect() {
   // every earlier command.
   buffer_.take_all(incoming_, lockstep || !loop_.plays());
   for (ReceivedCommand& received : incoming_) {
+    if (received.goal && received.goal->kind == MotionGoal::Kind::cancel) {
+      cancel(received);
+      continue;
+    }
     const auto target = static_cast<std::size_t>(received.target);
     if (const auto boundary = barrier_.boundary_ahead(received)) {
       senders_[target] = received.sender;
@@ -28,10 +35,39 @@ void CommandIntake::collect() {
       continue;
     }
     if (lockstep && !barrier_.admits(received, senders_[target] == received.sender)) continue;
-    senders_[target] = received.sender;
-    // Its sender begins again here.
-    ahead_.drop(received.target);
+    if (!received.goal) {
+      senders_[target] = received.sender;
+      // Its sender begins again here.
+      ahead_.drop(received.target);
+    }
+    discard(waiting_[target], received.goal ? GoalEnd::preempted : GoalEnd::replaced);
     waiting_[target] = std::move(received);
+  }
+}
+
+void CommandIntake::cancel(const ReceivedCommand& received) {
+  const auto target = static_cast<std::size_t>(received.target);
+  const std::uint64_t number = received.goal->number;
+  if (waiting_[target] && waiting_[target]->goal && waiting_[target]->goal->number == number)
+    return discard(waiting_[target], GoalEnd::cancelled);
+  if (!goals_.runs(received.target, number)) return goals_.drop(*received.goal, GoalEnd::cancelled);
+  goals_.cancel(received.target);
+  stop(received.target);
+}
+
+void CommandIntake::discard(std::optional<ReceivedCommand>& waiting, GoalEnd end) {
+  if (waiting && waiting->goal) goals_.drop(*waiting->goal, end);
+  waiting.reset();
+}
+
+void CommandIntake::stop(int target) {
+  const auto robots = static_cast<int>(loop_.cell().robots.size());
+  std::optional<Command>& stop = stops_[static_cast<std::size_t>(target)];
+  if (target < robots) {
+    stop = TrajectoryCommand{target, {}, no_path_};
+  } else if (const GripperSample& gripper = goals_.gripper(target - robots); gripper.part < 0) {
+    stop = GripperCommand{
+        .gripper = target - robots, .stamp = {}, .action = GripperAction::width, .width_m = gripper.width_m};
   }
 }
 
@@ -42,16 +78,13 @@ bool CommandIntake::has(int target) const {
          ahead_.has(target, controller->boundary);
 }
 
-void CommandIntake::drop(int target) {
-  waiting_[static_cast<std::size_t>(target)].reset();
-  ahead_.drop(target);
-}
-
 std::span<const Command> CommandIntake::take_batch() {
   batch_.clear();
+  batch_goals_.clear();
   const bool lockstep = loop_.pace == Pace::lockstep;
   for (int target = 0; target < static_cast<int>(waiting_.size()); ++target) {
     std::optional<ReceivedCommand>& received = waiting_[static_cast<std::size_t>(target)];
+    std::optional<Command>& stop = stops_[static_cast<std::size_t>(target)];
     const auto* controller = barrier_.controllers().owner(target);
     const bool at_boundary =
         controller != nullptr && controller->boundary_step == loop_.simulation.step_index();
@@ -59,23 +92,36 @@ std::span<const Command> CommandIntake::take_batch() {
       received = ahead_.take(target, controller->boundary);
       if (received && lockstep && barrier_.refuses_beside_trajectory(*received)) received.reset();
     }
-    if (!received || (lockstep && controller != nullptr && !at_boundary)) continue;
-    Command& command = batch_.emplace_back(std::move(received->command));
-    if (controller != nullptr) {
-      if (auto* joints = std::get_if<JointCommand>(&command)) joints->period_s = controller->period_s;
-      if (lockstep)
-        std::visit([&](auto& c) { c.stamp = SimTime::from_seconds(loop_.simulation.time_s()); }, command);
+    if (received && !(lockstep && controller != nullptr && !at_boundary)) {
+      Command& command = batch_.emplace_back(std::move(received->command));
+      // The stamp of a goal is its start.
+      if (controller != nullptr && !received->goal) {
+        if (auto* joints = std::get_if<JointCommand>(&command)) joints->period_s = controller->period_s;
+        if (lockstep)
+          std::visit([&](auto& c) { c.stamp = SimTime::from_seconds(loop_.simulation.time_s()); }, command);
+      }
+      batch_goals_.push_back(std::move(received->goal));
+      latency_.record_ns(monotonic_now_ns() - received->received_ns);
+      received.reset();
+      stop.reset();
+    } else if (stop) {
+      batch_.push_back(std::move(*stop));
+      batch_goals_.emplace_back();
+      stop.reset();
     }
-    latency_.record_ns(monotonic_now_ns() - received->received_ns);
-    received.reset();
   }
   return batch_;
 }
 
 void CommandIntake::restart() {
+  // Goals that wait in the buffer end too.
+  buffer_.take_all(incoming_);
+  for (const ReceivedCommand& received : incoming_)
+    if (received.goal) goals_.drop(*received.goal, GoalEnd::reset);
   buffer_.forget();
   set_present(loop_.simulation.time_s());
-  drop_present();
+  for (auto& waiting : waiting_) discard(waiting, GoalEnd::reset);
+  stops_.assign(stops_.size(), std::nullopt);
   ahead_.drop_all();
   latency_.clear();
 }

@@ -8,6 +8,7 @@
 
 #include "idl/common/histogram.h"
 #include "server/runtime/loop/command_buffer.h"
+#include "server/runtime/loop/goal_monitor.h"
 #include "server/runtime/loop/lockstep_barrier.h"
 #include "server/runtime/loop/loop_context.h"
 #include "server/runtime/loop/scheduled_commands.h"
@@ -16,8 +17,8 @@ namespace takt {
 
 class CommandIntake {
  public:
-  /// Both arguments must outlive it.
-  CommandIntake(LoopContext& loop, LockstepBarrier& barrier);
+  /// All must outlive it.
+  CommandIntake(LoopContext& loop, LockstepBarrier& barrier, GoalMonitor& goals);
 
   /// Where adapters append.
   CommandBuffer& buffer() { return buffer_; }
@@ -30,6 +31,11 @@ class CommandIntake {
   bool has(int target) const;
   /// The commands for the next step. In lockstep those of controllers wait for their boundary.
   std::span<const Command> take_batch();
+  /// Of the newest batch: the goal of each command, or nullptr.
+  std::span<const GoalPtr> batch_goals() const { return batch_goals_; }
+  /// The target stops in the next step, at a boundary or not, unless it gets another command by then: a robot
+  /// brakes, the jaws of a gripper stay where they are. A gripper that holds a Part keeps its command: it holds on.
+  void stop(int target);
   std::uint64_t applied() const { return applied_; }  ///< commands in all batches whose step was taken
   void count_applied() { applied_ += batch_.size(); }
   /// Wall time from the wire to the batch.
@@ -37,22 +43,39 @@ class CommandIntake {
 
   /// Sets the present instant of the simulation, for the rule about stamps.
   void set_present(double time_s) { buffer_.set_present(SimTime::from_seconds(time_s)); }
-  /// Discards the target's waiting commands.
-  void drop(int target);
-  /// Discards waiting commands but those for boundaries ahead, which hold at any pace.
-  void drop_present() { waiting_.assign(waiting_.size(), std::nullopt); }
+  /// Discards the target's waiting commands whose time has lost its meaning. Goals stay: they have no time in mind.
+  void drop(int target) {
+    drop_present(target);
+    ahead_.drop(target);
+  }
+  /// The same of all targets, but for commands at boundaries ahead, which hold at any pace.
+  void drop_present() {
+    for (std::size_t target = 0; target < waiting_.size(); ++target) drop_present(static_cast<int>(target));
+  }
   /// After a jump of the simulation to another instant: discards waiting commands, stamps and figures.
   void restart();
 
  private:
+  void drop_present(int target) {
+    auto& waiting = waiting_[static_cast<std::size_t>(target)];
+    if (waiting && !waiting->goal) waiting.reset();
+  }
+  void discard(std::optional<ReceivedCommand>& waiting, GoalEnd end);
+  /// Of a goal that waits or runs.
+  void cancel(const ReceivedCommand& received);
+
   LoopContext& loop_;
   LockstepBarrier& barrier_;
+  GoalMonitor& goals_;
+  const std::shared_ptr<const JointPath> no_path_ = std::make_shared<JointPath>();
   CommandBuffer buffer_;
   std::vector<ReceivedCommand> incoming_;
   std::vector<std::optional<ReceivedCommand>> waiting_;  ///< by target: the newest not yet applied
   ScheduledCommands ahead_;
   std::vector<std::uint64_t> senders_;  ///< by target: of the last command that was kept
+  std::vector<std::optional<Command>> stops_;            ///< by target
   std::vector<Command> batch_;
+  std::vector<GoalPtr> batch_goals_;
   std::uint64_t applied_ = 0;
   DurationHistogram latency_;
 };

@@ -18,7 +18,8 @@ LockstepBarrier::LockstepBarrier(LoopContext& loop)
 std::optional<std::uint64_t> LockstepBarrier::boundary_ahead(const ReceivedCommand& received) const {
   const auto* controller = controllers_.owner(received.target);
   const SimTime stamp = stamp_of(received.command);
-  if (controller == nullptr || !stamp.given()) return std::nullopt;
+  // The stamp of a goal is its start.
+  if (controller == nullptr || !stamp.given() || received.goal != nullptr) return std::nullopt;
   const double periods = stamp.seconds() / controller->period_s;
   const auto next = static_cast<double>(controller->boundary);
   if (!(periods > next && periods < next + kMostLookahead + 1.0)) return std::nullopt;
@@ -35,6 +36,9 @@ std::optional<std::uint64_t> LockstepBarrier::boundary_ahead(const ReceivedComma
 }
 
 bool LockstepBarrier::admits(const ReceivedCommand& received, bool known_sender) {
+  // A goal has no boundary in mind: it takes the place of the command at the next one of its target, or takes effect at
+  // once where no controller has the target.
+  if (received.goal != nullptr) return true;
   const auto* controller = controllers_.owner(received.target);
   const double step_s = loop_.cell().step_s;
   SimTime stamp = stamp_of(received.command);

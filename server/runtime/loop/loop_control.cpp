@@ -10,7 +10,8 @@ LoopControl::LoopControl(Simulation& simulation, LoopOutput& output, const RunLo
                          std::atomic<bool>& stop)
     : context{simulation, output, options.state, options.pace, options.factor},
       barrier(context),
-      intake(context, barrier),
+      goals(simulation, output.goals),
+      intake(context, barrier, goals),
       pacer(options.clock != nullptr ? *options.clock : system_monotonic_clock()),
       status(context, pacer, barrier, intake),
       saver(context, options.save_every_s),
@@ -34,6 +35,7 @@ void LoopControl::begin() {
 }
 
 bool LoopControl::may_step() {
+  if (goals.take_news()) context.output.news.post();
   barrier.clear_waiting_for();
   if (context.faulted) return false;
   if (!context.plays() && single_steps_left_ == 0) {
@@ -61,6 +63,7 @@ void LoopControl::take_step() {
   Simulation& simulation = context.simulation;
   const std::uint64_t step = simulation.step_index();
   const std::span<const Command> batch = intake.take_batch();
+  goals.apply(batch, intake.batch_goals());
   const bool deadlines_count = context.pace != Pace::lockstep;
   simulation.watch_deadlines(deadlines_count);
   if (context.recorder != nullptr) {
@@ -73,6 +76,7 @@ void LoopControl::take_step() {
   if (!advanced) {
     context.record(LogFault{});
     context.faulted = true;
+    goals.restart();
     pause_with(fault_record(simulation).event);
     return;
   }
@@ -82,6 +86,8 @@ void LoopControl::take_step() {
   barrier.crossed(step);
   intake.set_present(simulation.time_s());
   report_step(simulation, [this](const EventRecord& record) { context.emit(record); });
+  goals.stepped([this](int target) { intake.stop(target); });
+  if (goals.take_news()) context.output.news.post();
   arrive(instant_is_wanted(ended));
   if (single_steps_left_ > 0 && --single_steps_left_ == 0)
     end_single_steps({ControlResult::ok, "The steps are done."});
@@ -196,6 +202,7 @@ std::string LoopControl::restore(std::span<const std::byte> state) {
 
 void LoopControl::restart(std::uint64_t step) {
   intake.restart();
+  goals.restart();
   barrier.controllers().restart(step);
   barrier.stop_waiting();
   context.faulted = false;

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "server/runtime/loop/command_intake.h"
+#include "server/runtime/loop/goal_monitor.h"
 #include "server/runtime/loop/instant_schedule.h"
 #include "server/runtime/loop/lockstep_barrier.h"
 #include "server/runtime/loop/loop_context.h"
@@ -27,6 +28,7 @@ class LoopControl {
 
   LoopContext context;
   LockstepBarrier barrier;
+  GoalMonitor goals;
   CommandIntake intake;
   Pacer pacer;
   StatusPublisher status;

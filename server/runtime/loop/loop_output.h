@@ -16,6 +16,7 @@
 #include "server/runtime/loop/instant_writer.h"
 #include "server/runtime/requests/control.h"
 #include "server/runtime/requests/event.h"
+#include "server/runtime/requests/motion_goal.h"
 #include "server/runtime/requests/outbound_queue.h"
 #include "server/runtime/requests/pressure_subscriptions.h"
 #include "server/simulation/model/snapshot.h"
@@ -67,6 +68,7 @@ struct LoopOutput {
         contact_capacity(simulation.contact_capacity()),
         snapshots(simulation.make_snapshot()),
         events(4096),
+        goals(1024),
         pressures(simulation.model()) {}
 
   /// Replies and other output that outlives the loaded scenario.
@@ -80,6 +82,7 @@ struct LoopOutput {
   TripleBuffer<Snapshot> snapshots;
   TripleBuffer<LoopStatus> status;
   SpscRing<EventRecord> events;
+  SpscRing<GoalReport> goals;  ///< of goals that were appended to the loop
   /// Which pairs are to be published element by element: agreed upon between clients and the adapter.
   PressureSubscriptions pressures;
 

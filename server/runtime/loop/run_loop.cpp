@@ -110,6 +110,17 @@ std::optional<Rejection> RunLoop::append(const Command& command, std::uint64_t s
   return rejection;
 }
 
+std::optional<Rejection> RunLoop::append(const Command& command, GoalPtr goal) {
+  // Each goal is a sender of its own: none is stale beside another.
+  constexpr std::uint64_t kGoals = std::uint64_t{1} << 62U;
+  bool wake = false;
+  const std::uint64_t sender = kGoals + goal->number;
+  auto rejection =
+      control_.intake.buffer().append(command, sender, monotonic_now_ns(), &wake, std::move(goal));
+  if (wake) wakeup_.post();
+  return rejection;
+}
+
 void RunLoop::submit(std::uint64_t id, requests::Any request) {
   if (inbox_.push({id, std::move(request)})) {
     wakeup_.post();

@@ -49,6 +49,11 @@ class RunLoop {
 
   /// Any thread. As CommandBuffer::append, and wakes a waiting loop.
   std::optional<Rejection> append(const Command& command, std::uint64_t sender, std::int64_t received_ns);
+  /// The same for a goal that the command serves. Unless refused here, its end is reported in output().goals, or
+  /// comes with the end of the loop.
+  std::optional<Rejection> append(const Command& command, GoalPtr goal);
+  /// Any thread: simulated time of the newest step.
+  SimTime present() { return control_.intake.buffer().present(); }
   /// Any thread: a request of phase loop or query. The reply comes through output() after execution. A loop
   /// that has ended refuses all requests, including waiting ones.
   void submit(std::uint64_t id, requests::Any request);

@@ -109,12 +109,12 @@ EventText render(const EventInfo& info, std::span<const FieldText> fields, const
 
 namespace {
 
-takt_msgs::msg::Vector3 vector_of(const Vec3& v) {
+takt_msgs::msg::Vector3 vector_message(const Vec3& v) {
   return {v.x(), v.y(), v.z()};
 }
 
 events::OfLoop event_of(const CollisionEvent& found) {
-  const takt_msgs::msg::Vector3 position = vector_of(found.p_W);
+  const takt_msgs::msg::Vector3 position = vector_message(found.p_W);
   switch (found.kind) {
     case CollisionEvent::Kind::collision:
       return events::Collision{found.a, found.b, -found.distance_m, position};
