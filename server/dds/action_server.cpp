@@ -10,7 +10,8 @@
 namespace takt {
 namespace {
 
-constexpr std::int64_t kLongestReplyWait_ns = 1'000'000'000;
+/// For the discovery of a caller on a busy machine.
+constexpr std::int64_t kLongestReplyWait_ns = 10'000'000'000;
 /// Most requests and replies of an action that wait.
 constexpr std::size_t kMaxWaiting = 1000;
 
