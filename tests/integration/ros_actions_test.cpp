@@ -188,7 +188,7 @@ TEST(RosActions, AGoalInPauseBeginsWithTheNextStepAndEndsWithAReset) {
   EXPECT_EQ(client.robot->result(2).status, 5) << "without a step";
 }
 
-TEST(RosActions, AViolatedToleranceAbortsTheGoalAndStopsTheRobot) {
+TEST(RosActions, AGoalWithinItsToleranceSucceeds) {
   auto model = service_model(test_cell());
   DdsService service(free_running(), model);
   Listening client;

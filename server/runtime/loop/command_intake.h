@@ -72,8 +72,8 @@ class CommandIntake {
   std::vector<ReceivedCommand> incoming_;
   std::vector<std::optional<ReceivedCommand>> waiting_;  ///< by target: the newest not yet applied
   ScheduledCommands ahead_;
-  std::vector<std::uint64_t> senders_;  ///< by target: of the last command that was kept
-  std::vector<std::optional<Command>> stops_;            ///< by target
+  std::vector<std::uint64_t> senders_;         ///< by target: of the last command that was kept
+  std::vector<std::optional<Command>> stops_;  ///< by target
   std::vector<Command> batch_;
   std::vector<GoalPtr> batch_goals_;
   std::uint64_t applied_ = 0;
