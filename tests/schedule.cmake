@@ -25,7 +25,7 @@ set(TAKT_TESTS_ONLY_LONG
 set(TAKT_TESTS_WITH_LONG_FORM
   "^client_lib\\.LuaLibraries\\."
   "^config\\.(ContactScenePoses|Shipped/RefinedPeaks)\\."
-  "^contact\\.(ContactEnergy|ContactSearch|FieldContactOracle|InteractionAlgorithmsProperty|NearPairs|PolygonalContactLaws)\\."
+  "^contact\\.(ContactEnergy|ContactSearch|InteractionAlgorithmsProperty|NearPairs|PolygonalContactLaws)\\."
   "^dds\\.BadCommands"
   "^geometry\\.(ConvexOverlap|ConvexQuery)\\."
   "^idl\\.RtpsGuardRandom\\."

@@ -31,11 +31,12 @@ double normal(std::uint64_t seed, std::uint64_t place) {
 
 /// Keys end in the unit, as everywhere.
 struct AxisKeys {
-  const char *unit, *range, *noise, *bias, *drift, *resolution;
+  const char *unit, *drift_unit, *range, *noise, *bias, *drift, *resolution;
 };
-constexpr AxisKeys kForceKeys{"N", "range_N", "noise_N", "bias_N", "drift_N_per_sqrt_s", "resolution_N"};
-constexpr AxisKeys kTorqueKeys{"N m",           "range_N_m", "noise_N_m", "bias_N_m", "drift_N_m_per_sqrt_s",
-                               "resolution_N_m"};
+constexpr AxisKeys kForceKeys{"N",      "N/sqrt s",           "range_N",     "noise_N",
+                              "bias_N", "drift_N_per_sqrt_s", "resolution_N"};
+constexpr AxisKeys kTorqueKeys{"N m",      "N m/sqrt s",           "range_N_m",     "noise_N_m",
+                               "bias_N_m", "drift_N_m_per_sqrt_s", "resolution_N_m"};
 
 void describe_axes(Fields& f, const char* key, const char* doc, SensorAxes& axes, const AxisKeys& keys) {
   f.section(key, doc, [&] {
@@ -44,7 +45,7 @@ void describe_axes(Fields& f, const char* key, const char* doc, SensorAxes& axes
     f.field(keys.noise, axes.noise, not_negative(keys.unit),
             "Standard deviation of each sample, ahead of the filter.");
     f.field(keys.bias, axes.bias, vector3(keys.unit), "Added to the true value.");
-    f.field(keys.drift, axes.drift_per_sqrt_s, not_negative(keys.unit),
+    f.field(keys.drift, axes.drift_per_sqrt_s, not_negative(keys.drift_unit),
             "Standard deviation of the bias' random walk after one second.");
     f.field(keys.resolution, axes.resolution, not_negative(keys.unit),
             "Values are multiples of it; 0: continuous.");
@@ -60,9 +61,9 @@ SignalTable& board(CellPlant& plant, int device) {
 void describe(Fields& f, ScenarioForceTorqueSensor& s) {
   f.field("robot", s.robot, f.name_of({"robots"}, "a robot"), "Robot whose flange carries it.", kRequired);
   f.pose("pose", s.X_FS, "Pose of the sensor's frame in the flange.");
-  f.field("rate_hz", s.rate_hz, not_negative("Hz"),
+  f.field("rate_Hz", s.rate_hz, not_negative("Hz"),
           "Samples in a second of simulated time; 0: one in each step.");
-  f.field("filter_hz", s.filter_hz, not_negative("Hz"),
+  f.field("filter_Hz", s.filter_hz, not_negative("Hz"),
           "Cut-off of a low-pass filter of first order; 0: none.");
   f.field("seed", s.seed, WholeRange{0, 2147483647}, "Of noise and drift: equal seeds give equal samples.");
   describe_axes(f, "force", "Of the forces.", s.force, kForceKeys);

@@ -8,7 +8,6 @@
 
 #include "server/contact/surface/polygonal_contact.h"
 #include "tests/support/contact_pairs.h"
-#include "tests/support/effort.h"
 #include "tests/support/random_shapes.h"
 
 namespace takt::test {

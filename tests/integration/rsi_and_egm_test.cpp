@@ -93,9 +93,11 @@ nlohmann::json result_of(const ChildProcess& peer) {
 }
 
 const std::string kRsiController = "role: controller\nrobot: Robot1\nconfiguration: rsi.xml\n";
-const std::string kRsiFollower = "role: sensor_pc\nrobot: Robot1\nconfiguration: rsi.xml\n";
+// On a busy machine a controller may be late.
+const std::string kRsiFollower =
+    "role: sensor_pc\nrobot: Robot1\nconfiguration: rsi.xml\nsilence: {deadline_s: 2}\n";
 const std::string kEgmController = "role: controller\nrobot: Robot1\n";
-const std::string kEgmFollower = "role: sensor\nrobot: Robot1\n";
+const std::string kEgmFollower = "role: sensor\nrobot: Robot1\nsilence: {deadline_s: 2}\n";
 
 std::string with_gpio() {
   return with(

@@ -31,11 +31,13 @@ using takt::test::kGenerous;
 DdsService busy_cell() {
   takt::RunLoopOptions options;
   options.state = takt::SimulationState::paused;
-  return DdsService(options, takt::test::service_contact_model(takt::test::test_cell()));
+  return DdsService(options, takt::test::service_contact_model(
+                                 takt::test::test_cell(), "force_torque_sensors: {FT1: {robot: Robot1}}\n"));
 }
 
-std::string robot_of(const takt::TopicInfo& topic) {
-  return topic.of_element() ? "Robot1" : "";
+std::string element_of(const takt::TopicInfo& topic) {
+  if (!topic.of_element()) return {};
+  return topic.element_kind() == "device" ? "FT1" : "Robot1";
 }
 
 void make_busy(Client& client) {
@@ -55,7 +57,7 @@ TEST(EveryTopic, IsReadByItsType) {
       EXPECT_THROW((void)client.wait_for(topic), ClientError) << topic.id;
       return;
     }
-    const auto sample = client.wait_for(topic, kGenerous, robot_of(topic));
+    const auto sample = client.wait_for(topic, kGenerous, element_of(topic));
     ASSERT_TRUE(sample.has_value()) << topic.id;
     EXPECT_FALSE(static_cast<const Type&>(*sample) == Type{}) << topic.id;
     EXPECT_GE(sample->sample_number, 1U) << topic.id;
@@ -64,9 +66,9 @@ TEST(EveryTopic, IsReadByItsType) {
     }
     read.emplace_back(topic.id);
   });
-  EXPECT_EQ(read, (std::vector<std::string>{"robot_description", "joint_states", "clock", "tf", "tf_static",
-                                            "state", "power", "contacts", "contact_pressures", "event",
-                                            "description", "status"}));
+  EXPECT_EQ(read, (std::vector<std::string>{"robot_description", "joint_states", "clock", "wrench", "tf",
+                                            "tf_static", "state", "power", "contacts", "contact_pressures",
+                                            "event", "description", "status"}));
 }
 
 TEST(EveryTopic, IsEchoedAsJson) {

@@ -63,13 +63,15 @@ inline std::shared_ptr<CellModel> service_model(const std::string& cell = "cell"
 }
 
 /// The same with surface contact prepared, and a solver for it; initially at level of detail 1.
-inline std::shared_ptr<CellModel> service_contact_model(const std::string& cell = "cell") {
+/// `more`: further sections.
+inline std::shared_ptr<CellModel> service_contact_model(const std::string& cell = "cell",
+                                                        const std::string& more = {}) {
   std::string text = service_scenario_text();
   const std::string explicit_method = "method: rk2";
   text.replace(text.find(explicit_method), explicit_method.size(), "method: implicit");
   const auto path =
       std::filesystem::temp_directory_path() / ("takt_contact_" + std::to_string(getpid()) + ".yaml");
-  std::ofstream(path) << text << "contact: {defaults: {friction: 0.3}}\n";
+  std::ofstream(path) << text << "contact: {defaults: {friction: 0.3}}\n" << more;
   auto model = std::make_shared<CellModel>(*load_cell(path));
   std::filesystem::remove(path);
   model->description.cell = cell;
