@@ -1,5 +1,5 @@
 #pragma once
-// How a program finds the cell: the same options for takt and takt-controller.
+// How a program finds the cell: the same options for all programs.
 #include <CLI/CLI.hpp>
 
 #include "client_lib/client.h"
@@ -17,6 +17,15 @@ inline void add_connection_options(CLI::App& app, ClientOptions& client) {
   app.add_option("--profile", client.profile, "name of the profile in that file")
       ->needs(profiles)
       ->capture_default_str();
+}
+
+/// For programs with the permissions of a controller.
+inline void add_secure_option(CLI::App& app, ClientOptions& client) {
+  app.add_option(
+         "--secure", client.secure_directory,
+         "auto: identities of this user, made at first use; or a directory with identity and permissions "
+         "(environment: TAKT_SECURE)")
+      ->check(CLI::ExistingDirectory | CLI::IsMember({"auto", "auto:controller"}));
 }
 
 }  // namespace takt::tool

@@ -39,7 +39,7 @@ std::optional<Rejection> read_tolerances(const CellDescription& cell, int target
     if (joint == joints.end())
       return refusal(cell, target, RejectionCode::unknown_joint,
                      std::string(name) + " names the joint '" + utf8_sanitize(one.name, 60) +
-                         "', which is none of: " + list_names(joints));
+                         "'; allowed: " + list_names(joints));
     for (const double value : {one.position, one.velocity, one.acceleration})
       if (!(value >= 0.0 || value == -1.0) || !std::isfinite(value))
         return refusal(cell, target, RejectionCode::out_of_range,

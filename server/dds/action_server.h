@@ -25,8 +25,9 @@ namespace takt {
 class ActionExecutor {
  public:
   virtual ~ActionExecutor() = default;
-  /// Begins the goal in a request of send_goal, as plain CDR; `number` identifies it from then on. Its end is reported by
-  /// ActionServer::end(), later. The reason of a refusal, which has been reported, as a sentence.
+  /// Begins a goal. `request`: of send_goal, as plain CDR. `number`: of the goal in calls of cancel() and
+  /// ActionServer::end(), which reports its end. Returns nothing for an accepted goal, else the sentence of the event that
+  /// reports the refusal.
   virtual std::optional<std::string> begin(std::span<const std::uint8_t> request, std::uint64_t number) = 0;
   /// Asks for the end of a goal; its end follows.
   virtual void cancel(std::uint64_t number) = 0;

@@ -37,7 +37,7 @@ Question ask(const srv::SetEntityState_Request& request);
 /// The resource's uri is a mesh file, or copy_of:NAME for another one of the Part NAME; behind a question
 /// mark the further arguments of spawn_entity: bolt.obj?mass=0.02&hierarchy=3.
 Question ask(const srv::SpawnEntity_Request& request);
-/// One request for each entity, or why there is none.
+/// A request for each entity, or a refusal of the call.
 std::variant<std::vector<Question>, Refusal> ask(const srv::SpawnEntities_Request& request);
 Question ask(const srv::DeleteEntity_Request& request);
 Question ask(const takt_msgs::srv::Control_Request& request);

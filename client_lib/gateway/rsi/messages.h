@@ -39,7 +39,7 @@ struct Sen {
   std::string message{};  ///< EStr
 };
 
-/// A message that was read, or the reason why it is none.
+/// What was read: a message, or a fault.
 template <class Message>
 struct Parsed {
   std::optional<Message> message{};

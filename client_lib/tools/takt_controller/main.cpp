@@ -61,11 +61,7 @@ int run(int argc, char** argv) {
          "longest wait for an answer; in lockstep also how long the cell waits for a command, s of wall time")
       ->check(takt::command_line::positive())
       ->capture_default_str();
-  app.add_option(
-         "--secure", options.client.secure_directory,
-         "auto: identities of this user, made at first use; or a directory with identity and permissions "
-         "(environment: TAKT_SECURE)")
-      ->check(CLI::ExistingDirectory | CLI::IsMember({"auto", "auto:controller"}));
+  takt::tool::add_secure_option(app, options.client);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -37,7 +37,7 @@ egm::PoseKinematics kinematics_of(const VendorAxes& axes) {
 /// What both paces of the controller's side share.
 class Controller {
  public:
-  Controller(const EgmOptions& options, const EgmMapping& mapping, const CellInfo& cell)
+  Controller(const GatewayOptions& options, const EgmMapping& mapping, const CellInfo& cell)
       : options_(options),
         m_(mapping),
         report_(options.name),
@@ -131,7 +131,7 @@ class Controller {
                               std::to_string(egm_.old()) + " doubled or overtaken.");
   }
 
-  const EgmOptions& options_;
+  const GatewayOptions& options_;
   const EgmMapping& m_;
   ThrottledReport report_;
   VendorAxes axes_;
@@ -246,7 +246,7 @@ class RealtimeEgm : public Controller {
 /// Follows a controller or RobotStudio.
 class SensorSide {
  public:
-  SensorSide(const EgmOptions& options, const EgmMapping& mapping, const CellInfo& cell)
+  SensorSide(const GatewayOptions& options, const EgmMapping& mapping, const CellInfo& cell)
       : options_(options),
         m_(mapping),
         report_(options.name),
@@ -321,7 +321,7 @@ class SensorSide {
     if (egm_.silent(wall_s())) follower_.silence(link_->sender());
   }
 
-  const EgmOptions& options_;
+  const GatewayOptions& options_;
   const EgmMapping& m_;
   ThrottledReport report_;
   VendorAxes axes_;
@@ -336,7 +336,7 @@ class SensorSide {
 
 }  // namespace
 
-int run_egm(const EgmOptions& options) {
+int run_egm(const GatewayOptions& options) {
   std::function<void()> while_waiting;
   ClientOptions client_options = options.client;
   client_options.while_waiting = [&while_waiting] {

@@ -42,7 +42,7 @@ double value_of(const InputMapping& input, const rsi::Channel& channel, const St
 /// What both paces of the controller's side share: packets from states, set-points from targets.
 class Controller {
  public:
-  Controller(const RsiOptions& options, const RsiMapping& mapping, const CellInfo& cell)
+  Controller(const GatewayOptions& options, const RsiMapping& mapping, const CellInfo& cell)
       : options_(options),
         m_(mapping),
         report_(options.name),
@@ -165,7 +165,7 @@ class Controller {
   virtual ~Controller() = default;
 
  protected:
-  const RsiOptions& options_;
+  const GatewayOptions& options_;
   const RsiMapping& m_;
   ThrottledReport report_;
   VendorAxes axes_;
@@ -302,7 +302,7 @@ class RealtimeRsi : public Controller {
 /// Follows a KRC or VRC.
 class SensorSide {
  public:
-  SensorSide(const RsiOptions& options, const RsiMapping& mapping, const CellInfo& cell)
+  SensorSide(const GatewayOptions& options, const RsiMapping& mapping, const CellInfo& cell)
       : options_(options),
         m_(mapping),
         report_(options.name),
@@ -374,7 +374,7 @@ class SensorSide {
     if (pc_.silent(wall_s())) follower_.silence(link_->sender());
   }
 
-  const RsiOptions& options_;
+  const GatewayOptions& options_;
   const RsiMapping& m_;
   ThrottledReport report_;
   VendorAxes axes_;
@@ -386,7 +386,7 @@ class SensorSide {
   CellLink* link_ = nullptr;
 };
 
-void say_what_is_not_computed(const RsiOptions& options, const RsiMapping& m) {
+void say_what_is_not_computed(const GatewayOptions& options, const RsiMapping& m) {
   if (m.role != RsiRole::controller) return;
   for (const rsi::Channel& channel : m.configuration.send)
     if (channel.internal == rsi::Internal::axis_currents ||
@@ -397,7 +397,7 @@ void say_what_is_not_computed(const RsiOptions& options, const RsiMapping& m) {
 
 }  // namespace
 
-int run_rsi(const RsiOptions& options) {
+int run_rsi(const GatewayOptions& options) {
   std::function<void()> while_waiting;
   ClientOptions client_options = options.client;
   client_options.while_waiting = [&while_waiting] {

@@ -43,10 +43,7 @@ int run(int argc, char** argv) {
     one.add_option("--timeout", timeout_s, "longest wait for the cell, s")
         ->check(takt::command_line::positive())
         ->capture_default_str();
-    one.add_option("--secure", options.client.secure_directory,
-                   "auto: identities of this user; or a directory with identity and permissions "
-                   "(environment: TAKT_SECURE)")
-        ->check(CLI::ExistingDirectory | CLI::IsMember({"auto", "auto:controller"}));
+    takt::tool::add_secure_option(one, options.client);
   };
   CLI::App* follow = app.add_subcommand("follow", "takt's robot follows a UR controller or its simulator");
   add(app, "IP address to listen at, in place of the mapping's");
