@@ -88,8 +88,25 @@ class DeviceBuilder {
 };
 
 /// A signal that is reported, and cannot be commanded.
-inline SignalDescription reported(const char* name, const char* unit) {
-  return {name, unit, false, 0.0, 0.0};
+inline SignalDescription reported(const char* name, const char* unit, SignalType type = SignalType::real) {
+  return {name, unit, false, 0.0, 0.0, type};
+}
+/// A reported signal that is 0 or 1.
+inline SignalDescription reported_flag(const char* name) {
+  return reported(name, "", SignalType::boolean);
+}
+/// A reported signal that is a whole number.
+inline SignalDescription reported_count(const char* name) {
+  return reported(name, "", SignalType::integer);
+}
+/// A signal that clients may set, within its limits.
+inline SignalDescription commanded(const char* name, const char* unit, double lower, double upper,
+                                   SignalType type = SignalType::real) {
+  return {name, unit, true, lower, upper, type};
+}
+/// A signal that clients may set to 0 or 1.
+inline SignalDescription commanded_flag(const char* name) {
+  return commanded(name, "", 0.0, 1.0, SignalType::boolean);
 }
 
 struct DeviceType {

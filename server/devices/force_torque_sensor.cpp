@@ -81,14 +81,10 @@ void build(const ScenarioForceTorqueSensor& s, DeviceBuilder& b) {
   p.torque = s.torque;
   for (const GripperDescription& gripper : b.cell.description.grippers)
     if (gripper.robot == p.robot) p.bodies += 3;
-  p.device = b.add_signal_table(p, {reported("force_x", "N"),
-                                    reported("force_y", "N"),
-                                    reported("force_z", "N"),
-                                    reported("torque_x", "N m"),
-                                    reported("torque_y", "N m"),
-                                    reported("torque_z", "N m"),
-                                    reported("overload", ""),
-                                    {"tare", "", true, 0.0, 1.0}});
+  p.device =
+      b.add_signal_table(p, {reported("force_x", "N"), reported("force_y", "N"), reported("force_z", "N"),
+                             reported("torque_x", "N m"), reported("torque_y", "N m"),
+                             reported("torque_z", "N m"), reported_flag("overload"), commanded_flag("tare")});
   DeviceDescription& description = b.cell.description.devices.back();
   description.robot = p.robot;
   description.X_FD = p.X_FS;

@@ -86,18 +86,12 @@ void build(const ScenarioFurnace& s, DeviceBuilder& b) {
   p.X_WV = s.ground.empty() ? s.X_GV : b.pose_of_ground(s.ground) * s.X_GV;
   p.size_m = size;
   p.parts = b.heated;
-  b.add<Furnace>(p, {{"set_temperature", "degC", true, b.surroundings_degC, s.max_set_temperature_degC},
-                     {"door", "", true, 0.0, 1.0},
-                     reported("temperature", "degC"),
-                     reported("air_temperature", "degC"),
-                     reported("power", "W"),
-                     reported("energy", "J"),
-                     reported("loss", "W"),
-                     reported("heat_to_parts", "W"),
-                     reported("energy_lost", "J"),
-                     reported("energy_to_parts", "J"),
-                     reported("energy_of_air", "J"),
-                     reported("parts_inside", "")});
+  b.add<Furnace>(
+      p, {commanded("set_temperature", "degC", b.surroundings_degC, s.max_set_temperature_degC),
+          commanded("door", "", 0.0, 1.0), reported("temperature", "degC"),
+          reported("air_temperature", "degC"), reported("power", "W"), reported("energy", "J"),
+          reported("loss", "W"), reported("heat_to_parts", "W"), reported("energy_lost", "J"),
+          reported("energy_to_parts", "J"), reported("energy_of_air", "J"), reported_count("parts_inside")});
 }
 
 DeviceType furnace_type() {

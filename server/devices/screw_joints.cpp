@@ -33,7 +33,7 @@ void build(const ScenarioScrewJoint& s, DeviceBuilder& b) {
   joint.p_BH = s.p_BH;
   joint.stiffness_ratio =
       s.stiffness_N_per_m / b.cell.components[static_cast<std::size_t>(joint.part)].substitute.k_tr_N_per_m;
-  joint.device = b.add_signal_table(joint, {reported("turns", ""), reported("held", "")}, {0.0, 1.0});
+  joint.device = b.add_signal_table(joint, {reported("turns", ""), reported_flag("held")}, {0.0, 1.0});
   b.cell.joined.emplace_back(joint.part, joint.holder);
   b.mechanism<ScrewJoints>().joints.push_back(joint);
 }
@@ -62,11 +62,9 @@ void build(const ScenarioScrewdriver& s, DeviceBuilder& b) {
   driver.palm = gripper.component;
   driver.X_GT = gripper.X_GT;
   const double fastest = s.max_speed_rad_per_s;
-  driver.device = b.add_signal_table(driver, {{"speed", "rad/s", true, -fastest, fastest},
-                                              reported("torque", "N m"),
-                                              reported("engaged", ""),
-                                              reported("power", "W"),
-                                              reported("energy", "J")});
+  driver.device =
+      b.add_signal_table(driver, {commanded("speed", "rad/s", -fastest, fastest), reported("torque", "N m"),
+                                  reported_flag("engaged"), reported("power", "W"), reported("energy", "J")});
   b.mechanism<ScrewJoints>().screwdrivers.push_back(driver);
 }
 

@@ -117,8 +117,8 @@ takt_msgs::msg::DeviceDescription to_message(const DeviceDescription& device) {
   message.robot = device.robot;
   message.mount = to_transform(device.X_FD);
   for (const SignalDescription& signal : device.signals)
-    message.signals.push_back(
-        {std::string(signal.name), std::string(signal.unit), signal.commanded, signal.lower, signal.upper});
+    message.signals.push_back({std::string(signal.name), std::string(signal.unit), signal.commanded,
+                               signal.lower, signal.upper, signal.type});
   return message;
 }
 

@@ -36,6 +36,8 @@ TEST_F(Device, EveryFaultHasItsCodeAndSentence) {
   EXPECT_EQ(refused({{}, {"temperature"}, {30.0}}).code, RejectionCode::read_only_signal);
   EXPECT_EQ(refused({{}, {"lamp", "lamp"}, {1.0, 0.0}}).code, RejectionCode::malformed);
   EXPECT_EQ(refused({{}, {"lamp"}, {std::nan("")}}).code, RejectionCode::not_finite);
+  model_->description.devices[0].signals[1].type = SignalType::boolean;
+  EXPECT_EQ(refused({{}, {"lamp"}, {0.5}}).code, RejectionCode::wrong_type);
   const Rejection range = refused({{}, {"lamp", "set_point"}, {1.0, 301.0}});
   EXPECT_EQ(range.code, RejectionCode::out_of_range);
   EXPECT_THAT(range.message, HasSubstr("'set_point' of Chamber is 301 C, outside [20, 300] C"));

@@ -55,6 +55,7 @@ struct SignalDescription {
   std::string unit;
   bool commanded = false;           ///< clients may set it
   double lower = 0.0, upper = 0.0;  ///< range of permitted values
+  SignalType type = SignalType::real;
 };
 
 /// A component that is neither robot nor gripper: a furnace, a press.

@@ -227,6 +227,10 @@ std::optional<Rejection> add_signal(const CellDescription& cell, DeviceCommand& 
                                                    number_text(description.lower) + ", " +
                                                    number_text(description.upper) + "] " + description.unit);
   }
+  if (description.type != SignalType::real && value != std::floor(value))
+    return reject(RejectionCode::wrong_type,
+                  name() + " of " + device.name + " is " + number_text(value) + "; it is " +
+                      (description.type == SignalType::boolean ? "boolean: 0 or 1" : "a whole number"));
   const auto place = static_cast<std::size_t>(command.count++);
   command.signals[place] = static_cast<std::uint8_t>(signal);
   command.values[place] = value;
