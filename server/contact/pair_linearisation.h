@@ -28,10 +28,14 @@ using Mat6 = Eigen::Matrix<double, 6, 6>;
 /// F the wrench on `base` about p_W (force, moment; `target` gets -F), V the twist at p_W of base relative to
 /// target (velocity, angular velocity), d the displacement. K and D of a stable system are negative. K holds
 /// for a field of velocities that is fixed in space while the base is displaced.
+///
+/// p_W moves with the target. A tangent of forces that move with the base has the change of their moment about it; about
+/// the point of the base that is there now, which moves by the linear part a of d, the moment changes by a x f less.
 struct PairLinearisation {
   int base = -1, target = -1;  ///< component ids
   Vec3 p_W = Vec3::Zero();
   Mat6 K = Mat6::Zero(), D = Mat6::Zero();
+  Vec3 f_W = Vec3::Zero();  ///< on the base, of a tangent whose p_W is the centre of mass of the base; else zero
 };
 
 }  // namespace takt

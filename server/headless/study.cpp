@@ -314,7 +314,11 @@ int run_study(const StudyOptions& options, std::ostream& progress) {
   std::vector<int> missing;
   int runs = 0;
   for (int run = options.task; run < study_runs(options); run += options.tasks, ++runs)
-    if (!is_done(options, run)) missing.push_back(run);
+    // A study that was killed may have left the messages of a run whose report is complete.
+    if (is_done(options, run))
+      fs::remove(file_of(options, run, ".log"));
+    else
+      missing.push_back(run);
   const int before = runs - static_cast<int>(missing.size());
   if (before > 0) progress << before << " of " << runs << " runs were done before\n" << std::flush;
   std::map<pid_t, int> running;

@@ -17,6 +17,12 @@ Wrench to_world(const Wrench& F_T, const Mat3& R_WT) {
 const BodyMotion& body(const CellMotion& motion, int component) {
   return motion.bodies[static_cast<std::size_t>(component)];
 }
+
+/// From wrenches and twists about the origin to those about p.
+void move_point(const Vec3& p, Mat6& m) {
+  for (int i = 0; i < 6; ++i) m.col(i).tail<3>() -= p.cross(m.col(i).head<3>());
+  for (int i = 0; i < 6; ++i) m.row(i).tail<3>() -= p.cross(m.row(i).head<3>());
+}
 }  // namespace
 
 ContactInteraction::ContactInteraction(const std::vector<Component>& components, const ContactModel& model)
@@ -498,6 +504,13 @@ void ContactInteraction::linearise(const CellMotion& motion, Linearisation linea
     entry.base = pair.base;
     entry.target = pair.target;
     entry.p_W = target.X_WB.p;
+    if (linearisation == Linearisation::tangent) {
+      entry.p_W = body(motion, pair.base).p_WBcm;
+      const Vec3 p_TP_T = R.transpose() * (entry.p_W - target.X_WB.p);
+      move_point(p_TP_T, J.K);
+      move_point(p_TP_T, J.D);
+      entry.f_W = R * pair.result.F_B_T.f;
+    }
     for (int r = 0; r < 2; ++r) {
       for (int c = 0; c < 2; ++c) {
         entry.K.block<3, 3>(3 * r, 3 * c) = R * J.K.block<3, 3>(3 * r, 3 * c) * R.transpose();

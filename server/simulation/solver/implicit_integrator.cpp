@@ -57,7 +57,7 @@ ImplicitIntegrator::ImplicitIntegrator(const SolverParameters& parameters, const
   kept_segments_.reserve(system.segments().size());
   rate_.resize(n), k1_.resize(n), k2_.resize(n), trial_.resize(n);
   if (is_coupled(parameters.matrix, system))
-    coupled_ = std::make_unique<RosenbrockStep>(system, kTolerance, statistics_);
+    coupled_ = std::make_unique<RosenbrockStep>(system, kTolerance, statistics_, Linearisation::secant);
 }
 
 bool ImplicitIntegrator::factorise(double gamma_h) {

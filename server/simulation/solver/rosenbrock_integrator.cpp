@@ -12,7 +12,8 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 constexpr double kFirstStep_s = 1e-4;
-// PI control of the step's size (Gustafsson 1991) for an error estimate of order h^3.
+// PI control of the step's size (Gustafsson 1991) for an error estimate of order h^3. A step that ends early is not of
+// the size that the control chose: the next one follows from its own error alone.
 constexpr double kSafety = 0.9, kProportional = 0.4 / 3.0, kIntegral = 0.7 / 3.0;
 constexpr double kLeastFactor = 0.2, kMaxFactor = 4.0;
 // Steps shortened for other reasons have tiny errors, which must not raise the expected error of the next
@@ -44,7 +45,7 @@ void for_each_active(const OdeSystem& system, const Visit& visit) {
 
 RosenbrockIntegrator::RosenbrockIntegrator(const SolverParameters& parameters, const OdeSystem& system,
                                            CalmSteps calm_steps)
-    : trial_(system, parameters.tolerance, statistics_),
+    : trial_(system, parameters.tolerance, statistics_, Linearisation::tangent),
       calm_steps_(calm_steps),
       indicators_(static_cast<std::size_t>(system.indicator_count())),
       new_indicators_(indicators_),
@@ -80,8 +81,10 @@ void RosenbrockIntegrator::load(StateReader& in) {
 }
 
 void RosenbrockIntegrator::next_size(double h, bool cut_short) {
+  const double error = std::max(trial_.error(), 1e-9);
   const double factor =
-      kSafety * std::pow(std::max(trial_.error(), 1e-9), -kIntegral) * std::pow(last_error_, kProportional);
+      kSafety * (cut_short ? std::pow(error, -1.0 / 3.0)
+                           : std::pow(error, -kIntegral) * std::pow(last_error_, kProportional));
   const double proposed = h * std::clamp(factor, kLeastFactor, rejected_ ? 1.0 : kMaxFactor);
   // A step that ended for another reason does not lower the proposed size.
   step_ = std::max(cut_short ? std::max(step_, proposed) : proposed, kSmallestStep_s);
@@ -201,7 +204,18 @@ bool RosenbrockIntegrator::find_step(OdeSystem& system, double t, double whole_s
       step_ = h = std::max(h * std::clamp(factor, kLeastFactor, 0.9), kSmallestStep_s);
       continue;
     }
-    if (outcome == Outcome::too_large) ++statistics_.forced_steps;
+    if (outcome == Outcome::too_large) {
+      ++statistics_.forced_steps;
+      // Whatever its error, the step must not drive.
+      trial_.set_linearisation(Linearisation::secant);
+      const bool begun = begin(system, t, h, false, x) &&
+                         trial_.four_stages(system, t, h, x) != Outcome::not_finite;
+      trial_.set_linearisation(Linearisation::tangent);
+      if (!begun) {
+        failure_ = "no step succeeded, however small, at t = " + std::to_string(t) + " s";
+        return false;
+      }
+    }
     const double share = mode_ends_at(system, t + h);
     mode_ends = share <= 1.0;
     const double late = (1.0 - share) * h;

@@ -1,8 +1,8 @@
 #pragma once
 // The Rosenbrock W-method ROS34PW2 (rosenbrock_tableau.h) with error control, on the linear system at
 // velocity level (velocity_system.h). For contact: large steps in smooth motion, small ones through an
-// impact, no iteration, and an order that holds although the Jacobian is incomplete and contains friction's
-// secant.
+// impact, no iteration, and an order that holds although the Jacobian is incomplete. It contains the tangent of
+// friction, which error control makes safe.
 //
 // A step has one Jacobian, four evaluations, four solutions; after a rejection only the matrix is factorised
 // again. Steps end with the communication step, at corners of f that models announce, and at changes of
@@ -16,7 +16,7 @@
 // two failures in a row four stages serve for kBusySteps communication steps.
 //
 // The cost of a communication step is bounded: below the smallest step a step is accepted with any error
-// (SolverStatistics::forced_steps), which the secant Jacobian makes safe. Only derivatives that are not
+// (SolverStatistics::forced_steps), with the secant of friction, which never drives. Only derivatives that are not
 // finite are a failure.
 #include <vector>
 

@@ -32,10 +32,12 @@ bool finite(const OdeSystem& system, std::span<const double> values) {
 }
 }  // namespace
 
-RosenbrockStep::RosenbrockStep(const OdeSystem& system, double tolerance, SolverStatistics& statistics)
+RosenbrockStep::RosenbrockStep(const OdeSystem& system, double tolerance, SolverStatistics& statistics,
+                               Linearisation of_friction)
     : linear_(system),
       tolerance_(tolerance),
       statistics_(statistics),
+      of_friction_(of_friction),
       scales_(static_cast<std::size_t>(system.state_count())) {
   system.state_scales(scales_);
   for (auto* values : {&f0_, &rate_, &work_, &new_x_, &errors_, &remembered_, &u_[0], &u_[1], &u_[2], &u_[3]})
@@ -63,7 +65,7 @@ bool RosenbrockStep::take_derivatives(const OdeSystem& system, double t, std::sp
 bool RosenbrockStep::begin_linearised(OdeSystem& system, double t, double h, std::span<const double> x) {
   system.update_motion(clamped(t), x);
   system.hold_contacts(h);
-  linear_.linearise_pairs(system, Linearisation::secant);
+  linear_.linearise_pairs(system, of_friction_);
   system.derivatives_at_motion(clamped(t), x, f0_);
   if (!take_derivatives(system, t, x)) return false;
   linear_.linearise_models(system, clamped(t), x);
@@ -72,7 +74,7 @@ bool RosenbrockStep::begin_linearised(OdeSystem& system, double t, double h, std
 }
 
 void RosenbrockStep::linearise(OdeSystem& system, double t, std::span<const double> x) {
-  linear_.linearise(system, clamped(t), x, Linearisation::secant);
+  linear_.linearise(system, clamped(t), x, of_friction_);
   ++statistics_.jacobians;
 }
 

@@ -1,6 +1,5 @@
 #pragma once
-// Trial steps of the linearly implicit methods on the linear system at velocity level (velocity_system.h),
-// with the secant of friction. One linearisation at the beginning of a step serves all its trials; a trial of
+// Trial steps of the linearly implicit methods on the linear system at velocity level (velocity_system.h). One linearisation at the beginning of a step serves all its trials; a trial of
 // another size only factorises again. Both methods keep their order with an A of an earlier step.
 //   ROS34PW2 (rosenbrock_tableau.h): four stages, order 3, error estimate of order 2.
 //   ROS2 (implicit_integrator.h): two stages, order 2; its error estimate is a tenth of the difference from
@@ -22,7 +21,8 @@ class RosenbrockStep {
   enum class Outcome { good, too_large, not_finite };
 
   /// Counts evaluations, Jacobians and factorisations in `statistics`, which must outlive it.
-  RosenbrockStep(const OdeSystem& system, double tolerance, SolverStatistics& statistics);
+  RosenbrockStep(const OdeSystem& system, double tolerance, SolverStatistics& statistics,
+                 Linearisation of_friction);
 
   /// f is evaluated between these times, where it has no corner.
   void limit_times(double after, double before) { after_ = after, before_ = before; }
@@ -33,6 +33,8 @@ class RosenbrockStep {
   bool begin(OdeSystem& system, double t, double h, std::span<const double> x);
   /// A at (t, x), the point of the last begin().
   void linearise(OdeSystem& system, double t, std::span<const double> x);
+  /// Of the next linearisations.
+  void set_linearisation(Linearisation of_friction) { of_friction_ = of_friction; }
   /// begin() and linearise(), which evaluate surface contacts once.
   bool begin_linearised(OdeSystem& system, double t, double h, std::span<const double> x);
   /// Trials from the point of the last begin(); the result is new_x().
@@ -61,6 +63,7 @@ class RosenbrockStep {
   VelocitySystem linear_;
   double tolerance_;
   SolverStatistics& statistics_;
+  Linearisation of_friction_;
   std::vector<double> scales_;
   std::vector<double> f0_, rate_, work_, new_x_, errors_, remembered_;
   std::vector<double> u_[4];

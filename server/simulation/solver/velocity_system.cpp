@@ -167,6 +167,7 @@ void VelocitySystem::find_rates(OdeSystem& system, double t) {
   };
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
     ends_[i].rate.setZero();
+    ends_[i].moved_by_time.setZero();
     has_rates_ = has_rates_ || moved_by_time(pairs_[i].base, ends_[i].base) ||
                  moved_by_time(pairs_[i].target, ends_[i].target);
   }
@@ -185,6 +186,7 @@ void VelocitySystem::find_rates(OdeSystem& system, double t) {
     const Twist V = twist_at(body, pairs_[i].p_W);
     const Vec6 twist = sign * stacked(V.v, V.w);
     ends_[i].rate += pairs_[i].K * twist - pairs_[i].D * (twist / kMotionStep);
+    ends_[i].moved_by_time += sign * V.v;
   });
   system.update_stateless_motion(t + kMotionStep);
   for_each_moved([&](std::size_t i, int body, double sign) {
@@ -195,7 +197,8 @@ void VelocitySystem::find_rates(OdeSystem& system, double t) {
 }
 
 // J_i^T G J_k for both ends, with the sign of each end in the relative twist.
-void VelocitySystem::add_pair(const Mat6& G, const PairEnds& ends) {
+// `moved` a x f is what the moment about the point of the base has in addition, a the linear part of the twist.
+void VelocitySystem::add_pair(const Mat6& G, const Vec3& f_W, double moved, const PairEnds& ends) {
   const End* both[] = {&ends.base, &ends.target};
   for (const End* column : both) {
     if (column->unit < 0) continue;
@@ -205,9 +208,11 @@ void VelocitySystem::add_pair(const Mat6& G, const PairEnds& ends) {
       if (both[side]->unit >= 0)
         blocks[side] = block_of(units_[static_cast<std::size_t>(both[side]->unit)], c);
     for (std::size_t k = 0; k < c.velocities; ++k) {
-      const Vec6 force = G * Eigen::Map<const Vec6>(&column->J[6 * k]);
-      for (std::size_t side = 0; side < 2; ++side) {
+      const Eigen::Map<const Vec6> twist(&column->J[6 * k]);
+      Vec6 force = G * twist;
+      for (std::size_t side = 2; side-- > 0;) {
         const End* row = both[side];
+        if (side == 0) force.tail<3>() += moved * twist.head<3>().cross(f_W);
         if (row->unit < 0) continue;
         const Unit& r = units_[static_cast<std::size_t>(row->unit)];
         const double sign = row == column ? 1.0 : -1.0;
@@ -226,7 +231,7 @@ void VelocitySystem::assemble(double a, double b) {
                   0.0);
   if (largest_group_ > kMaxDense) sparse_.clear();
   for (std::size_t i = 0; i < pairs_.size(); ++i)
-    add_pair(-b * pairs_[i].D - b * b / a * pairs_[i].K, ends_[i]);
+    add_pair(-b * pairs_[i].D - b * b / a * pairs_[i].K, pairs_[i].f_W, b * b / a, ends_[i]);
   for (Unit& unit : units_) {
     if (!unit.active || !unit.form) continue;
     const BlockPlace own = block_of(unit, unit);
@@ -304,10 +309,16 @@ void VelocitySystem::solve(std::span<double> r, double rate_share) {
       for (std::size_t k = 0; k < unit.velocities; ++k)
         d += (sign * displacement_[unit.first_velocity + k]) * Eigen::Map<const Vec6>(&end->J[6 * k]);
     }
-    Vec6 force = pairs_[i].K * (b_ / a_ * d);
-    if (has_rates_) force += rate_share * ends.rate;
+    const Vec6 wrench = pairs_[i].K * (b_ / a_ * d);
     for (const auto& [end, sign] : both) {
       if (end->unit < 0) continue;
+      Vec6 force = wrench;
+      if (has_rates_) force += rate_share * ends.rate;
+      if (sign > 0.0) {
+        Vec3 moved = b_ / a_ * d.head<3>();
+        if (has_rates_) moved += rate_share * ends.moved_by_time;
+        force.tail<3>() -= moved.cross(pairs_[i].f_W);
+      }
       const Unit& unit = units_[static_cast<std::size_t>(end->unit)];
       double* right = &right_[groups_[unit.group].first + unit.place];
       for (std::size_t k = 0; k < unit.velocities; ++k)

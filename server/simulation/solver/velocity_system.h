@@ -82,6 +82,7 @@ class VelocitySystem {
   struct PairEnds {
     End base, target;
     Eigen::Matrix<double, 6, 1> rate;  ///< of the wrench on the base, at equal states
+    Vec3 moved_by_time;                ///< velocity at the point, of bodies without states
   };
   struct Group {
     std::size_t first = 0, size = 0;  ///< in the vectors over grouped velocities
@@ -98,7 +99,7 @@ class VelocitySystem {
   void find_groups();
   void find_rates(OdeSystem& system, double t);
   void assemble(double a, double b);
-  void add_pair(const Mat6& G, const PairEnds& ends);
+  void add_pair(const Mat6& G, const Vec3& f_W, double moved, const PairEnds& ends);
   bool factorise_block(Unit& unit, double a, double b) const;
   void set_sparse_pattern();
   BlockPlace block_of(const Unit& row, const Unit& column);
