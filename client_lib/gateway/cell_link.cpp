@@ -11,6 +11,9 @@ namespace {
 constexpr double kLeastFactor = 0.98;
 constexpr std::size_t kLongestSentence = 1000;
 constexpr int kCallsOfFigures = 3;
+/// A filtered set-point is reached after so many periods, so that one that misses its step leaves no gap: the robot would brake
+/// at the end of the period.
+constexpr double kPeriodsOfSetPoint = 2.0;
 
 std::string milliseconds(double s) {
   char text[32];
@@ -30,10 +33,21 @@ CellLink::CellLink(Client& client, CellLinkOptions options, const std::vector<st
     : client_(client),
       options_(std::move(options)),
       info_(client.cell()),
-      states_(client),
       sender_(client),
+      states_(client, [this](const State& state) { sender_.instant(state.time); }),
       targets_(targets) {
   options_.period_s = std::max(options_.period_s, info_->step_size);
+  if (options_.filter_rad_per_s > 0.0) {
+    SetPointFilterOptions filter{options_.filter_rad_per_s, options_.period_s};
+    const int robot = info_->find_robot(options_.robot);
+    for (const auto& joint : info_->robots.at(static_cast<std::size_t>(robot)).joints) {
+      filter.lower.push_back(joint.lower);
+      filter.upper.push_back(joint.upper);
+      filter.fastest.push_back(joint.max_velocity);
+    }
+    sender_.filter(options_.robot, filter);
+    options_.period_s *= kPeriodsOfSetPoint;
+  }
   client_.register_controller(options_.name, Seconds{options_.period_s}, Seconds{10.0}, targets_);
   supervise();
 }

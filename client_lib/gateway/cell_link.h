@@ -25,6 +25,9 @@ struct CellLinkOptions {
   /// Largest wall time between two instants (99 %) at which the protocol works.
   double most_interval_s = 0.02;
   bool needs_wall_time = true;  ///< the protocol's clock is wall time
+  /// Of this robot; set-points pass a filter of this bandwidth (SetPointFilter). 0: each is sent as it comes.
+  std::string robot{};
+  double filter_rad_per_s = 0.0;
 };
 
 class CellLink {
@@ -56,8 +59,8 @@ class CellLink {
   Client& client_;
   CellLinkOptions options_;
   std::shared_ptr<const CellInfo> info_;
-  LatestState states_;
   CommandSender sender_;
+  LatestState states_;
   std::vector<std::string> targets_;
   std::atomic<bool> plays_ = false;
   std::string shortfall_;

@@ -1,6 +1,15 @@
 #include "client_lib/gateway/command_sender.h"
 
+#include <chrono>
+
 namespace takt::gateway {
+namespace {
+
+double now_s() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+}  // namespace
 
 CommandSender::CommandSender(Client& client) : client_(client), thread_([this] { run(); }) {}
 
@@ -15,11 +24,42 @@ CommandSender::~CommandSender() {
 
 void CommandSender::move(const std::string& robot, std::vector<double> positions,
                          std::vector<double> velocities) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (const auto found = filters_.find(robot); found != filters_.end()) {
+      ++counters_.given;
+      found->second.take(std::move(positions), std::move(velocities), now_s());
+      return;
+    }
+  }
   give(robot, Joints{std::move(positions), std::move(velocities)});
 }
 
 void CommandSender::stop(const std::string& robot) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (const auto found = filters_.find(robot); found != filters_.end()) found->second.clear();
+  }
   give(robot, Stop{});
+}
+
+void CommandSender::filter(const std::string& robot, const SetPointFilterOptions& options) {
+  const std::lock_guard lock(mutex_);
+  filters_.emplace(robot, SetPointFilter(options));
+}
+
+void CommandSender::instant(double cell_time_s) {
+  bool any = false;
+  {
+    const std::lock_guard lock(mutex_);
+    for (auto& [robot, filter] : filters_) {
+      auto next = filter.next(cell_time_s, now_s());
+      if (!next) continue;
+      keep(robot, Joints{std::move(next->positions), std::move(next->velocities)});
+      any = true;
+    }
+  }
+  if (any) given_.notify_one();
 }
 
 void CommandSender::grip(const std::string& gripper, GripperAction action, double width_m,
@@ -35,17 +75,21 @@ void CommandSender::give(const std::string& target, Command command) {
   {
     const std::lock_guard lock(mutex_);
     ++counters_.given;
-    const auto [place, fresh] = pending_.try_emplace(target);
-    auto* waiting = std::get_if<Signals>(&place->second);
-    auto* further = std::get_if<Signals>(&command);
-    if (!fresh) ++counters_.replaced;
-    if (!fresh && waiting != nullptr && further != nullptr) {
-      for (const auto& [name, value] : *further) waiting->insert_or_assign(name, value);
-    } else {
-      place->second = std::move(command);
-    }
+    keep(target, std::move(command));
   }
   given_.notify_one();
+}
+
+void CommandSender::keep(const std::string& target, Command command) {
+  const auto [place, fresh] = pending_.try_emplace(target);
+  auto* waiting = std::get_if<Signals>(&place->second);
+  auto* further = std::get_if<Signals>(&command);
+  if (!fresh) ++counters_.replaced;
+  if (!fresh && waiting != nullptr && further != nullptr) {
+    for (const auto& [name, value] : *further) waiting->insert_or_assign(name, value);
+  } else {
+    place->second = std::move(command);
+  }
 }
 
 CommandSender::Counters CommandSender::counters() const {

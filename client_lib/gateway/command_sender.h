@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "client_lib/client.h"
+#include "client_lib/gateway/set_point_filter.h"
 
 namespace takt::gateway {
 
@@ -29,6 +30,11 @@ class CommandSender {
   ~CommandSender();
   CommandSender(const CommandSender&) = delete;
   CommandSender& operator=(const CommandSender&) = delete;
+
+  /// Set-points of this robot go through a filter: instant() sends them. Before the first one.
+  void filter(const std::string& robot, const SetPointFilterOptions& options);
+  /// The cell has a new instant.
+  void instant(double cell_time_s);
 
   /// As Client::send_joint_command. Any thread, as all functions here; none waits.
   void move(const std::string& robot, std::vector<double> positions, std::vector<double> velocities = {});
@@ -53,6 +59,7 @@ class CommandSender {
   using Signals = std::map<std::string, double>;
   using Command = std::variant<Joints, Stop, Grip, Signals>;
   void give(const std::string& target, Command command);
+  void keep(const std::string& target, Command command);
   void run();
   void send(const std::map<std::string, Command>& commands);
 
@@ -60,6 +67,7 @@ class CommandSender {
   mutable std::mutex mutex_;
   std::condition_variable given_;
   std::map<std::string, Command> pending_;
+  std::map<std::string, SetPointFilter> filters_;
   Counters counters_;
   bool over_ = false;
   std::thread thread_;

@@ -12,7 +12,7 @@ constexpr std::size_t kMostIntervals = 20000;
 
 }  // namespace
 
-LatestState::LatestState(const Client& client, std::function<void()> on_new)
+LatestState::LatestState(const Client& client, std::function<void(const State&)> on_new)
     : client_(client), on_new_(std::move(on_new)), newest_(std::make_shared<State>(client.state())) {
   thread_ = std::thread([this] { run(); });
 }
@@ -55,9 +55,9 @@ void LatestState::receive() {
   auto kept = std::make_shared<const State>(std::move(*state));
   {
     const std::lock_guard lock(mutex_);
-    newest_ = std::move(kept);
+    newest_ = kept;
   }
-  if (on_new_) on_new_();
+  if (on_new_) on_new_(*kept);
 }
 
 void LatestState::measure(const State& state) {

@@ -24,7 +24,7 @@ class LatestState {
 
   /// Waits for the first state (ClientOptions::timeout); throws ClientError without one. `client` outlives this.
   /// `on_new` is called in this object's thread for each new instant, and must not wait.
-  explicit LatestState(const Client& client, std::function<void()> on_new = {});
+  explicit LatestState(const Client& client, std::function<void(const State&)> on_new = {});
   ~LatestState();
   LatestState(const LatestState&) = delete;
   LatestState& operator=(const LatestState&) = delete;
@@ -39,7 +39,7 @@ class LatestState {
   void measure(const State& state);
 
   const Client& client_;
-  const std::function<void()> on_new_;
+  const std::function<void(const State&)> on_new_;
   mutable std::mutex mutex_;
   std::shared_ptr<const State> newest_;
   Intervals intervals_;

@@ -142,6 +142,12 @@ void describe_time(Fields& f, TimeReference& m) {
           "The time of deadlines and of the controller's cycle: wall, or the cell's simulated time.");
 }
 
+void describe_filter(Fields& f, double& filter_rad_per_s) {
+  f.field("filter_rad_per_s", filter_rad_per_s, NumberRange{.lower = 0.0, .upper = 1000.0, .unit = "rad/s"},
+          "Bandwidth of the filter that samples set-points for the steps of the cell; 0: each is sent as it "
+          "comes. In lockstep there is no filter.");
+}
+
 void describe_outputs(Fields& f, std::vector<OutputMapping>& outputs, const CellInfo& cell,
                       const IsElement& is_element, const char* allowed) {
   describe_elements(

@@ -73,6 +73,9 @@ void describe_robot(Fields& f, RobotMapping& m, const CellInfo& cell, std::size_
 void describe_silence(Fields& f, SilenceMapping& m);
 void describe_resynchronisation(Fields& f, ResynchronisationOptions& m);
 void describe_time(Fields& f, TimeReference& m);
+/// Key `filter_rad_per_s`: CellLinkOptions::filter_rad_per_s.
+void describe_filter(Fields& f, double& filter_rad_per_s);
+inline constexpr double kFilter_rad_per_s = 60.0;
 
 /// Whether the protocol has an element of this name.
 using IsElement = std::function<bool(const std::string&)>;

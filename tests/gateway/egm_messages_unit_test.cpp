@@ -99,7 +99,30 @@ TEST(EgmMessages, UnknownFieldsAreSkipped) {
   const auto force = decode_robot(kGoldenEgmRobot + bytes_of_hex("4a0b"
                                                                  "0801"
                                                                  "11000000000000f03f"));
-  EXPECT_TRUE(force.message) << force.fault;
+  ASSERT_TRUE(force.message) << force.fault;
+  EXPECT_THAT(force.message->force, ElementsAre(1.0));
+  EXPECT_EQ(force.message->robotware, 7);
+}
+
+TEST(EgmMessages, TheMeasuredForceHasTheLayoutOfItsRobotWare) {
+  Robot robot = golden_robot();
+  robot.force = {1.0, 2.0};
+  const std::string one = "000000000000f03f", two = "0000000000000040";
+  EXPECT_THAT(encode(robot), HasSubstr(bytes_of_hex("4a12"
+                                                    "09" +
+                                                    one + "09" + two)));
+  robot.robotware = 7;
+  EXPECT_THAT(encode(robot), HasSubstr(bytes_of_hex("4a14"
+                                                    "0801"
+                                                    "11" +
+                                                    one + "11" + two)));
+  for (const int robotware : {6, 7}) {
+    robot.robotware = robotware;
+    const auto read = decode_robot(encode(robot));
+    ASSERT_TRUE(read.message) << read.fault;
+    EXPECT_THAT(read.message->force, ElementsAre(1.0, 2.0));
+    EXPECT_EQ(read.message->robotware, robotware);
+  }
 }
 
 TEST(EgmMessages, AMessageCutAtAnyByteIsNoneOrHasNothingThatIsNotInIt) {

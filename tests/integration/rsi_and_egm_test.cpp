@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <sstream>
 #include <string>
 
 #include "client_lib/client.h"
@@ -397,6 +399,111 @@ TEST(EgmOverUdp, MotorsThatAreOffHoldTheRobot) {
   EXPECT_GT(std::abs(cell.axis1_deg() - run.peer["end"][0].get<double>()), 0.1);
 }
 
+/// The block scenario with a sensor between the flange of Robot1 and its gripper.
+std::string scenario_with_sensor(const TemporaryDirectory& directory, const std::string& replaced = {},
+                                 const std::string& by = {}) {
+  std::ifstream in(kBlockScenario);
+  std::stringstream text;
+  text << in.rdbuf();
+  std::string scenario = with(text.str(), "../", (kConfig / "").string());
+  if (!replaced.empty()) scenario = with(scenario, replaced, by);
+  directory.write("sensor.yaml", scenario + "\nforce_torque_sensors:\n  FT1: {robot: Robot1}\n");
+  return directory / "sensor.yaml";
+}
+
+constexpr double kGripper_N = 3.0 * 9.80665;  // mass_kg of the gripper
+
+double size_of_force(const nlohmann::json& values) {
+  return std::hypot(values[0].get<double>(), values[1].get<double>(), values[2].get<double>());
+}
+
+std::vector<double> sensor_of(Cell& cell) {
+  const auto signals = cell.client().state().signals("FT1");
+  std::vector<double> values;
+  for (const char* name : {"force_x", "force_y", "force_z", "torque_x", "torque_y", "torque_z"})
+    values.push_back(signals.at(name));
+  return values;
+}
+
+TEST(ForceSensorInProtocols, EgmSendsItAsMeasuredForceOfItsRobotWare) {
+  const TemporaryDirectory directory;
+  Cell cell(scenario_with_sensor(directory), 2);
+  for (const std::string robotware : {"6", "7"}) {
+    ChildProcess peer(Cell::peer("egm_client.py", {"--messages", "100", "--amplitude", "0"}));
+    ASSERT_TRUE(peer.wait_for_output("ready")) << peer.text;
+    ChildProcess gateway(cell.gateway("egm",
+                                      kEgmController + "force_sensor: FT1\nrobotware: " + robotware + "\n",
+                                      {"--lockstep", "--start", "--until", "0.4"}));
+    EXPECT_EQ(gateway.wait(), 0) << gateway.text;
+    EXPECT_EQ(peer.wait(), 0) << peer.text;
+    const nlohmann::json force = result_of(peer)["force"];
+    ASSERT_EQ(force.size(), 6U) << robotware << force;
+    EXPECT_NEAR(size_of_force(force), kGripper_N, 0.05);
+    const std::vector<double> sensor = sensor_of(cell);
+    for (std::size_t i = 0; i < sensor.size(); ++i) EXPECT_NEAR(force[i].get<double>(), sensor[i], 0.01) << i;
+    cell.client().reset();
+  }
+}
+
+TEST(ForceSensorInProtocols, RsiSendsItsAxesAsElementsOfTheConfiguration) {
+  const TemporaryDirectory directory;
+  Cell cell(scenario_with_sensor(directory), 2);
+  std::string elements, inputs = "inputs:\n";
+  int index = 1;
+  for (const auto& [tag, signal] : std::vector<std::pair<std::string, std::string>>{{"FX", "force_x"},
+                                                                                    {"FY", "force_y"},
+                                                                                    {"FZ", "force_z"},
+                                                                                    {"TX", "torque_x"},
+                                                                                    {"TY", "torque_y"},
+                                                                                    {"TZ", "torque_z"}}) {
+    elements += "<ELEMENT TAG=\"FT." + tag + "\" TYPE=\"DOUBLE\" INDX=\"" + std::to_string(index++) + "\"/>";
+    inputs += "  FT." + tag + ": {device: FT1, signal: " + signal + "}\n";
+  }
+  const std::string last = R"(<ELEMENT TAG="DEF_Delay" TYPE="LONG"   INDX="INTERNAL" />)";
+  const LockstepRun run =
+      rsi_lockstep(cell, kRsiController + inputs, {"--packets", "100", "--amplitude", "0"},
+                   with(kRsiXml, last, last + elements));
+  EXPECT_EQ(run.code, 0) << run.gateway;
+  const nlohmann::json force = run.peer["force"];
+  ASSERT_EQ(force.size(), 6U) << run.peer;
+  EXPECT_NEAR(size_of_force(force), kGripper_N, 0.05);
+  const std::vector<double> sensor = sensor_of(cell);
+  for (std::size_t i = 0; i < sensor.size(); ++i) EXPECT_NEAR(force[i].get<double>(), sensor[i], 0.01) << i;
+}
+
+TEST(ForceSensorInProtocols, UrReadsItAndForceModePressesWithTheForceThatAProgramWants) {
+  // The gripper holds P, which stands on the table; surface contact.
+  const TemporaryDirectory directory;
+  Cell cell(scenario_with_sensor(directory, "[0.6061, -1.1318, -2.1304, -1.4502, 1.5708, -0.9647]",
+                                 "[0.673322, -1.625741, -2.346268, -0.74038, 1.570796, -0.897474]"),
+            3);
+  const int port = test_port();
+  const auto free = [port](int i) { return std::to_string(port + 100 + i); };
+  // Slower than wall time: on a busy machine the forces that the controller reads are old.
+  cell.client().set_pace(Pace::realtime, 0.25);
+  cell.client().play();
+  std::vector<std::string> command = cell.gateway("ur", "", {});
+  directory.write(
+      "ur.yaml",
+      "takt_ur: 1\nrobot: Robot1\ntool: Gripper1\nforce_sensor: FT1\ntime: simulated\nlisten: {rtde: " +
+          free(0) + ", primary: " + free(1) + ", secondary: " + free(2) + ", realtime: " + free(3) +
+          ", dashboard: " + free(4) + "}\noutputs: {tool_digital_output_0: {gripper: Gripper1}}\n");
+  command.at(1) = directory / "ur.yaml";
+  ChildProcess gateway(command);
+  ASSERT_TRUE(gateway.wait_for_output("RTDE at")) << gateway.text;
+  ChildProcess peer({"/usr/bin/python3", "-B", kPrograms + "ur_press.py", free(0), free(1), "20"});
+  EXPECT_EQ(peer.wait(), 0) << peer.text << gateway.text;
+  gateway.signal(SIGTERM);
+  EXPECT_EQ(gateway.wait(), 0) << gateway.text;
+  const nlohmann::json result = result_of(peer);
+  ASSERT_TRUE(result.contains("raw")) << peer.text << gateway.text;
+  EXPECT_NEAR(size_of_force(result["raw"]), kGripper_N, 1.0);
+  EXPECT_NEAR(result["mean_N"].get<double>(), 20.0, 0.5) << result;
+  EXPECT_GT(result["lowest_N"].get<double>(), 18.0) << result;
+  EXPECT_LT(result["highest_N"].get<double>(), 22.0) << result;
+  EXPECT_LT(std::abs(result["way_m"].get<double>()), 0.002) << result;
+}
+
 TEST(RsiAndEgmMappings, MistakesAreReportedWithFileAndKey) {
   Cell cell(kRsiScenario);
   const auto error = [&](const std::string& protocol, const std::string& mapping,
@@ -415,6 +522,9 @@ TEST(RsiAndEgmMappings, MistakesAreReportedWithFileAndKey) {
   EXPECT_THAT(error("egm", kEgmController + "outputs: {number41: {gripper: Gripper1}}\n"),
               HasSubstr("number1 to number40"));
   EXPECT_THAT(error("egm", kEgmController + "cycle_ms: 6\n"), HasSubstr("a multiple of 4"));
+  EXPECT_THAT(error("egm", kEgmController + "force_sensor: Gripper1\n"),
+              HasSubstr("a force-torque sensor on the robot's flange of this scenario: none"));
+  EXPECT_THAT(error("rsi", kRsiController + "filter_rad_per_s: -1\n"), HasSubstr("filter_rad_per_s"));
 }
 
 }  // namespace

@@ -156,7 +156,16 @@ std::string encode(const Robot& robot) {
   wire.mutable_mci_state()->set_state(static_cast<std::uint32_t>(robot.mci));
   wire.set_convergence_met(robot.converged);
   wire.mutable_rapid_state()->set_state(static_cast<std::uint32_t>(robot.rapid));
-  if (!robot.force.empty()) fill(*wire.mutable_measured_force()->mutable_force(), robot.force);
+  if (!robot.force.empty() && robot.robotware == 7) {
+    wire::MeasuredForce7 force;
+    force.set_active(true);
+    fill(*force.mutable_force(), robot.force);
+    wire.set_measured_force(force.SerializeAsString());
+  } else if (!robot.force.empty()) {
+    wire::MeasuredForce6 force;
+    fill(*force.mutable_force(), robot.force);
+    wire.set_measured_force(force.SerializeAsString());
+  }
   if (robot.utilization) wire.set_utilization_rate(finite(*robot.utilization));
   if (robot.rapid_data) fill(*wire.mutable_rapid_data(), *robot.rapid_data);
   return wire.SerializeAsString();
@@ -193,7 +202,16 @@ Parsed<Robot> decode_robot(std::string_view bytes) {
   robot.mci = state_of<MciState>(wire.mci_state(), 3);
   robot.converged = wire.convergence_met();
   robot.rapid = state_of<RapidState>(wire.rapid_state(), 2);
-  robot.force = checked.numbers(wire.measured_force().force(), "measuredForce");
+  if (wire.has_measured_force()) {
+    // A field of the other layout has another wire type, and is skipped as unknown.
+    wire::MeasuredForce6 six;
+    wire::MeasuredForce7 seven;
+    if (!six.ParsePartialFromString(wire.measured_force()) ||
+        !seven.ParsePartialFromString(wire.measured_force()))
+      checked.complain("measuredForce: no valid protocol buffer");
+    robot.robotware = seven.force().empty() ? 6 : 7;
+    robot.force = checked.numbers(seven.force().empty() ? six.force() : seven.force(), "measuredForce");
+  }
   if (wire.has_utilization_rate())
     robot.utilization = checked.number(wire.utilization_rate(), "utilizationRate");
   if (wire.has_rapid_data()) robot.rapid_data = checked.rapid(wire.rapid_data(), "RAPIDfromRobot");

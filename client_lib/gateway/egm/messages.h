@@ -56,6 +56,7 @@ struct Robot {
   bool converged = false;
   RapidState rapid = RapidState::undefined;
   std::vector<double> force{};  ///< N, N m; empty: not sent
+  int robotware = 6;            ///< layout of the force: 6 or 7
   std::optional<double> utilization{};
   std::optional<RapidData> rapid_data{};
 };

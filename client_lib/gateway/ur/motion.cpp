@@ -64,6 +64,14 @@ void Motion::reset(const Vector6& q) {
   path_ = std::monostate{};
 }
 
+void Motion::relocate(const Vector6& q) {
+  q_ = servo_q_ = q;
+  qd_ = qdd_ = {};
+  servo_fresh_ = servo_begun_ = false;
+  path_ = std::monostate{};
+  if (mode_ == Mode::path) mode_ = Mode::stop;
+}
+
 JointArray Motion::joints(const Vector6& q) const {
   JointArray values{};
   std::copy(q.begin(), q.end(), values.begin());

@@ -41,6 +41,8 @@ class Motion {
 
   /// At rest at `q`; everything else is forgotten.
   void reset(const Vector6& q);
+  /// At rest at `q`, under the same control; a path ends. For a target that something else has moved.
+  void relocate(const Vector6& q);
   void set_tool(const Pose& X_FT) { X_FT_ = X_FT; }
   const Pose& tool() const { return X_FT_; }
 

@@ -7,7 +7,7 @@
 namespace takt::urscript {
 namespace {
 
-constexpr std::array<std::string_view, 24> kFunctions{"textmsg",
+constexpr std::array<std::string_view, 30> kFunctions{"textmsg",
                                                       "sleep",
                                                       "sync",
                                                       "halt",
@@ -28,6 +28,12 @@ constexpr std::array<std::string_view, 24> kFunctions{"textmsg",
                                                       "set_tcp",
                                                       "set_gravity",
                                                       "zero_ftsensor",
+                                                      "force_mode",
+                                                      "end_force_mode",
+                                                      "force_mode_set_damping",
+                                                      "force_mode_set_gain_scaling",
+                                                      "freedrive_mode",
+                                                      "end_freedrive_mode",
                                                       "socket_open",
                                                       "socket_close",
                                                       "write_output_float_register"};

@@ -1,5 +1,6 @@
 #include "client_lib/tools/takt_egm/egm_mapping.h"
 
+#include "client_lib/gateway/force_sensor.h"
 #include "idl/common/parse.h"
 
 namespace takt::tool {
@@ -10,6 +11,7 @@ using namespace gateway;
 const Choice<EgmRole> kRoles{{{"controller", EgmRole::controller}, {"sensor", EgmRole::sensor}}};
 const Choice<egm::Guidance> kGuidances{{{"joint", egm::Guidance::joint}, {"pose", egm::Guidance::pose}}};
 const Choice<bool> kFollowed{{{"feedback", false}, {"planned", true}}};
+const Choice<int> kRobotWares{{{"6", 6}, {"7", 7}}};
 constexpr const char* kRapidNames = "digital, number1 to number40";
 
 /// 0: the digital signal; 1 to 40: a number; -1: none of them.
@@ -67,11 +69,18 @@ EgmMapping read_egm_mapping(const std::filesystem::path& file, const CellInfo& c
   f.field("port", m.port, WholeRange{0, 65535}, "UDP port of the sensor.");
   f.field("cycle_ms", m.cycle_ms, WholeRange{4, 1000}, "SampleRate: 4 or a multiple of it.");
   f.check(m.cycle_ms % 4 == 0, "cycle_ms", std::to_string(m.cycle_ms), "a multiple of 4");
-  f.when("role", kRoles, m.role, {EgmRole::controller}, [&] { describe_control(f, m.control); });
+  f.when("role", kRoles, m.role, {EgmRole::controller}, [&] {
+    describe_control(f, m.control);
+    describe_force_sensor(f, m.force_sensor, cell, m.robot.robot,
+                          "Sensor whose forces and torques are sent as measuredForce, in its own axes.");
+    f.field("robotware", m.robotware, kRobotWares,
+            "Layout of measuredForce: of RobotWare 6 (abb_libegm reads it) or 7.");
+  });
   f.check(
       m.role == EgmRole::sensor || m.control.guidance == egm::Guidance::joint || m.robot.index.size() >= 6,
       "guidance", "pose, of a robot with " + std::to_string(m.robot.index.size()) + " joints",
       "joint; pose needs six joints or more");
+  describe_filter(f, m.filter_rad_per_s);
   f.when("role", kRoles, m.role, {EgmRole::sensor}, [&] {
     f.field("follow", m.planned, kFollowed, "The joints to follow: feedback (measured) or planned.");
     f.field("answers", m.answers, Flag{}, "Signals are sent to RAPID (RobotWare 7), if there are inputs.");

@@ -16,6 +16,8 @@ struct EgmMapping {
   EgmRole role = EgmRole::controller;
   gateway::RobotMapping robot{};
   std::string tool;                   ///< a gripper
+  std::string force_sensor;           ///< a device; empty: no measuredForce
+  int robotware = 6;                  ///< layout of measuredForce
   std::string address = "127.0.0.1";  ///< of the sensor
   int port = 6510;
   int cycle_ms = 4;
@@ -23,6 +25,7 @@ struct EgmMapping {
   bool planned = false;
   bool answers = true;
   double delay_s = 0.0;
+  double filter_rad_per_s = gateway::kFilter_rad_per_s;
   gateway::SilenceMapping silence{.deadline_s = 0.2, .action = SafeAction::hold};
   gateway::ResynchronisationOptions first_command{};
   std::vector<gateway::OutputMapping> outputs{};

@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "client_lib/gateway/egm/follower.h"
+#include "client_lib/gateway/force_sensor.h"
 #include "client_lib/gateway/robot_follower.h"
 #include "client_lib/lockstep_controller.h"
 #include "client_lib/tools/takt_egm/egm_mapping.h"
@@ -44,6 +45,9 @@ class Controller {
         axes_(cell, mapping.robot, mapping.tool),
         egm_(with_limits(mapping.control, axes_), axes_.count(), kinematics_of(axes_)),
         outputs_(mapping.outputs),
+        force_sensor_(mapping.force_sensor.empty()
+                          ? nullptr
+                          : std::make_unique<ForceSensor>(cell, mapping.force_sensor)),
         socket_(loop_.udp(local_address_for(mapping.address), 0)),
         sensor_{mapping.address, static_cast<std::uint16_t>(mapping.port)} {
     loop_.stop_on_signals();
@@ -84,6 +88,11 @@ class Controller {
     robot.feed_back.time_us = time_us;
     robot.utilization = 0.0;
     robot.rapid_data = rapid_data_of(m_.inputs, state);
+    if (force_sensor_) {
+      const auto values = force_sensor_->values(state);
+      robot.force.assign(values.begin(), values.end());
+      robot.robotware = m_.robotware;
+    }
     return egm_.message(robot, static_cast<std::uint32_t>(time_us / 1000U & 0xffffffffU), motors_on);
   }
 
@@ -137,6 +146,7 @@ class Controller {
   VendorAxes axes_;
   egm::Controller egm_;
   ChangedOutputs outputs_;
+  std::unique_ptr<ForceSensor> force_sensor_;
   std::uint64_t heard_ = 0;
   EventLoop loop_;
   std::unique_ptr<UdpSocket> socket_;
@@ -201,7 +211,11 @@ class RealtimeEgm : public Controller {
   int run(Client& client) {
     if (options_.start) client.set_pace(Pace::realtime);
     CellLink link(client,
-                  {.name = options_.name, .period_s = period_s(), .most_interval_s = 2.0 * period_s() + 0.01},
+                  {.name = options_.name,
+                   .period_s = period_s(),
+                   .most_interval_s = 2.0 * period_s() + 0.01,
+                   .robot = axes_.robot(),
+                   .filter_rad_per_s = m_.filter_rad_per_s},
                   targets_of(axes_.robot(), m_.outputs));
     link_ = &link;
     if (options_.start) client.play();
@@ -261,7 +275,11 @@ class SensorSide {
 
   int run(Client& client) {
     if (options_.start) client.set_pace(Pace::realtime);
-    CellLink link(client, {.name = options_.name, .period_s = 1e-3 * m_.cycle_ms},
+    CellLink link(client,
+                  {.name = options_.name,
+                   .period_s = 1e-3 * m_.cycle_ms,
+                   .robot = axes_.robot(),
+                   .filter_rad_per_s = m_.filter_rad_per_s},
                   targets_of(axes_.robot(), m_.outputs));
     link_ = &link;
     if (options_.start) client.play();

@@ -79,8 +79,10 @@ RsiMapping read_rsi_mapping(const std::filesystem::path& file, const CellInfo& c
     f.field("waits_for_sensor", m.krc.waits_for_sensor, Flag{},
             "Late packets count from the first answer on; false: as in a real controller, from RSI_ON on.");
     f.field("repeat", m.repeat, Flag{}, "RSI is switched on again after each end; false: the program ends.");
+    describe_time(f, m.time);
     describe_limits(f, m.krc);
   });
+  describe_filter(f, m.filter_rad_per_s);
   f.when("role", kRoles, m.role, {RsiRole::sensor_pc}, [&] {
     f.field("delay_s", m.delay_s, NumberRange{.lower = 0.0, .upper = 1.0, .unit = "s"},
             "Positions take effect so long after the instant that IPOC means: jitter below it does not reach "

@@ -22,7 +22,9 @@ struct RsiMapping {
   int port = 0;
   gateway::rsi::KrcOptions krc{};
   bool repeat = false;
+  gateway::TimeReference time = gateway::TimeReference::wall;  ///< of the KRC's cycle, out of lockstep
   double delay_s = 0.0;
+  double filter_rad_per_s = gateway::kFilter_rad_per_s;
   gateway::SilenceMapping silence{.deadline_s = 0.2, .action = SafeAction::hold};
   gateway::ResynchronisationOptions first_command{};
   std::vector<gateway::OutputMapping> outputs{};

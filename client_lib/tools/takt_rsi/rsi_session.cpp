@@ -242,14 +242,21 @@ class RealtimeRsi : public Controller {
   int run(Client& client) {
     if (options_.start) client.set_pace(Pace::realtime);
     CellLink link(client,
-                  {.name = options_.name, .period_s = period_s(), .most_interval_s = 2.0 * period_s() + 0.01},
+                  {.name = options_.name,
+                   .period_s = period_s(),
+                   .most_interval_s = 2.0 * period_s() + 0.01,
+                   .needs_wall_time = m_.time == TimeReference::wall,
+                   .robot = axes_.robot(),
+                   .filter_rad_per_s = m_.filter_rad_per_s},
                   targets_of(axes_.robot(), m_.outputs));
     link_ = &link;
     if (options_.start) client.play();
     link.supervise();
     rsi_on(*link.state());
     epoch_ = link.state()->epoch;
-    loop_.every(std::chrono::milliseconds(m_.krc.cycle_ms), [this] { cycle(); });
+    next_s_ = link.state()->time;
+    loop_.every(m_.time == TimeReference::wall ? std::chrono::milliseconds(m_.krc.cycle_ms) : 1ms,
+                [this] { cycle(); });
     supervise_each_second(loop_, client, link, options_.name, failed_);
     loop_.run();
     link_ = nullptr;
@@ -267,9 +274,14 @@ class RealtimeRsi : public Controller {
     if (state->epoch != epoch_) {
       report(options_.name, "The cell was reset; RSI begins again.");
       epoch_ = state->epoch;
+      next_s_ = state->time;
       rsi_on(*state);
     }
     if (!link_->plays()) return;  // no simulated time passes
+    if (m_.time == TimeReference::simulated) {
+      if (state->time < next_s_ - kTimeTolerance_s) return;
+      next_s_ += period_s();
+    }
     const std::uint64_t late = krc_.late();
     krc_.end_cycle();
     if (krc_.late() != late) {
@@ -297,6 +309,7 @@ class RealtimeRsi : public Controller {
 
   CellLink* link_ = nullptr;
   std::uint32_t epoch_ = 0;
+  double next_s_ = 0.0;  ///< simulated time of the next cycle
 };
 
 /// Follows a KRC or VRC.
@@ -317,7 +330,11 @@ class SensorSide {
 
   int run(Client& client) {
     if (options_.start) client.set_pace(Pace::realtime);
-    CellLink link(client, {.name = options_.name, .period_s = 1e-3 * m_.krc.cycle_ms},
+    CellLink link(client,
+                  {.name = options_.name,
+                   .period_s = 1e-3 * m_.krc.cycle_ms,
+                   .robot = axes_.robot(),
+                   .filter_rad_per_s = m_.filter_rad_per_s},
                   targets_of(axes_.robot(), m_.outputs));
     link_ = &link;
     if (options_.start) client.play();

@@ -19,7 +19,7 @@ constexpr double kIgnoreSpeed = 20.0;
 constexpr double kPointTimeout_s = 0.5;
 constexpr double kQuiet_s = 0.05;
 constexpr std::int64_t kStreaming = 2147483647;
-constexpr std::int32_t kContactFound = 0, kContactCanceled = 1;
+constexpr std::int32_t kContactFound = 0, kContactCanceled = 1, kFreedriveStart = 1, kFreedriveStop = -1;
 
 std::uint64_t cycles(double seconds) {
   return static_cast<std::uint64_t>(std::ceil(seconds / UrController::kCycle_s - 1e-9));
@@ -157,6 +157,9 @@ void ExternalProgram::handle(const rtde::ReverseMessage& message) {
     case ControlMode::forward:
       trajectory_action(message);
       break;
+    case ControlMode::freedrive:
+      freedrive_action(message.raw[0]);
+      break;
     default:
       break;
   }
@@ -168,6 +171,7 @@ void ExternalProgram::change_mode(ControlMode mode) {
   if (mode_ == ControlMode::tool_in_contact && watches_contact_) return;
   const bool discards = mode_ == ControlMode::forward && runs_ && points_left_ > 0;
   if (mode_ == ControlMode::forward) runs_ = false;
+  if (mode_ == ControlMode::freedrive) freedrive_action(kFreedriveStop);
   mode_ = mode;
   motion.stop(kStopDeceleration);
   if (discards) begin_cleanup(AfterCleanup::answer_cancel);
@@ -180,14 +184,23 @@ void ExternalProgram::change_mode(ControlMode mode) {
       controller_.text("ExternalControl: Stopping communication and control");
       phase_ = Phase::stopping;
       break;
-    case ControlMode::freedrive:
-      controller_.text("Freedrive: no hand guides the robot; it stands.");
-      break;
     case ControlMode::torque:
       unsupported("Torque control");
       break;
     default:
       break;
+  }
+}
+
+void ExternalProgram::freedrive_action(std::int32_t action) {
+  if (action == kFreedriveStart && !in_freedrive_) {
+    controller_.text("Entering freedrive mode");
+    controller_.start_freedrive();
+    in_freedrive_ = true;
+  } else if (action == kFreedriveStop && in_freedrive_) {
+    controller_.text("Leaving freedrive mode");
+    controller_.end_force_mode();
+    in_freedrive_ = false;
   }
 }
 
@@ -500,17 +513,29 @@ void ExternalProgram::script_command(const rtde::ScriptCommand& command) {
         command_socket_->send(rtde::int32_bytes(kContactCanceled));
       watches_contact_ = false;
       break;
-    case Type::start_force_mode:
-      unsupported("Force mode");
+    case Type::start_force_mode: {
+      ForceModeOptions options;
+      options.X_RK = controller_.from_base(pose_of({v[0], v[1], v[2], v[3], v[4], v[5]}));
+      for (std::size_t i = 0; i < 6; ++i) {
+        options.compliant.at(i) = v.at(6 + i) != 0.0;
+        options.wrench.at(i) = v.at(12 + i);
+        options.speed_limit.at(i) = v.at(19 + i);
+      }
+      options.type = force_mode_type(v[18]);
+      options.damping = v[25];
+      options.gain = v[26];
+      controller_.start_force_mode(options);
       break;
+    }
     case Type::end_force_mode:
+      controller_.end_force_mode();
       break;
     case Type::set_friction_compensation:
     case Type::set_friction_scales:
-      unsupported("Friction compensation of torque control");
+      controller_.text("Friction compensation has no effect: takt does not support torque control.");
       break;
     case Type::ft_rtde_input_enable:
-      unsupported("A force sensor through RTDE");
+      controller_.set_driver_sensor({v[0] != 0.0, Vec3(v[2], v[3], v[4]), Vec3(v[5], v[6], v[7]), v[1]});
       break;
   }
 }

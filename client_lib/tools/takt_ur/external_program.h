@@ -38,6 +38,7 @@ class ExternalProgram final : public RunningProgram {
   void answer_trajectory(rtde::TrajectoryResult result);
   void script_command(const rtde::ScriptCommand& command);
   void watch_tool_contact();
+  void freedrive_action(std::int32_t action);
   bool servo_set_point(const Vector6& q);
   bool joints_or_pose(const Vector6& values, bool is_pose, Vector6& q) const;
   void exit_by(const std::string& why);
@@ -71,7 +72,7 @@ class ExternalProgram final : public RunningProgram {
   std::uint64_t cleaning_since_ = 0;
   AfterCleanup after_cleanup_ = AfterCleanup::nothing;
 
-  bool watches_contact_ = false;
+  bool watches_contact_ = false, in_freedrive_ = false;
 };
 
 /// A program that a driver serves (URCap External Control): asks for its text, and runs it.

@@ -22,7 +22,12 @@ int run_controller(const GatewayRun& options) {
   }
   const bool wall = mapping.time == gateway::TimeReference::wall;
   const std::string name = "takt-ur " + mapping.robot.robot;
-  gateway::CellLink link(client, {.name = name, .period_s = UrController::kCycle_s, .needs_wall_time = wall},
+  gateway::CellLink link(client,
+                         {.name = name,
+                          .period_s = UrController::kCycle_s,
+                          .needs_wall_time = wall,
+                          .robot = mapping.robot.robot,
+                          .filter_rad_per_s = mapping.filter_rad_per_s},
                          gateway::targets_of(mapping.robot.robot, mapping.outputs));
   gateway::EventLoop loop;
   UrController controller(loop, link, mapping);

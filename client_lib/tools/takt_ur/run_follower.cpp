@@ -218,7 +218,11 @@ int run_follower(const GatewayRun& options) {
     client.play();
   }
   const std::string name = "takt-ur " + mapping.robot.robot;
-  gateway::CellLink link(client, {.name = name, .period_s = 1.0 / mapping.follow.frequency_Hz},
+  gateway::CellLink link(client,
+                         {.name = name,
+                          .period_s = 1.0 / mapping.follow.frequency_Hz,
+                          .robot = mapping.robot.robot,
+                          .filter_rad_per_s = mapping.filter_rad_per_s},
                          gateway::targets_of(mapping.robot.robot, mapping.outputs));
   gateway::EventLoop loop;
   Follower follower(loop, link, mapping, options.address);

@@ -14,7 +14,8 @@ using Kind = urscript::Instruction::Kind;
 
 /// A loop without a call that waits yields after this many calls.
 constexpr int kMostCallsPerCycle = 100;
-constexpr std::array<std::string_view, 4> kMotions{"movej", "movel", "stopj", "stopl"};
+constexpr std::array<std::string_view, 6> kMotions{"movej", "movel",      "stopj",
+                                                   "stopl", "force_mode", "freedrive_mode"};
 
 /// The argument at a position or of a name; nullptr: not given.
 const Literal* find(const Call& call, std::size_t position, const char* name) {
@@ -96,6 +97,27 @@ bool ScriptRun::execute(const Call& call) {
     return false;
   begun_ = false;
   return true;
+}
+
+void ScriptRun::begin_force_mode(const Call& call) {
+  const auto* frame = argument<urscript::PoseLiteral>(call, 0, "task_frame");
+  const auto* selection = argument<std::vector<double>>(call, 1, "selection_vector");
+  const auto* wrench = argument<std::vector<double>>(call, 2, "wrench");
+  const auto* limits = argument<std::vector<double>>(call, 4, "limits");
+  const auto has_six = [](const std::vector<double>* values) {
+    return values != nullptr && values->size() == 6;
+  };
+  if (frame == nullptr || !six(frame->values) || !has_six(selection) || !has_six(wrench) || !has_six(limits))
+    fail(call, "force_mode: allowed: (p[..], [selection], [wrench], TYPE, [limits]), six numbers each");
+  ForceModeOptions options = controller_.next_force_mode();
+  options.X_RK = controller_.from_base(pose_of(*six(frame->values)));
+  for (std::size_t i = 0; i < 6; ++i) {
+    options.compliant.at(i) = (*selection)[i] != 0.0;
+    options.wrench.at(i) = (*wrench)[i];
+    options.speed_limit.at(i) = (*limits)[i];
+  }
+  options.type = force_mode_type(number(call, 3, "type", 0.0));
+  controller_.start_force_mode(options);
 }
 
 bool ScriptRun::begin(const Call& call) {
@@ -207,6 +229,25 @@ bool ScriptRun::begin(const Call& call) {
   }
   if (f == "zero_ftsensor") {
     controller_.zero_force_sensor();
+    return true;
+  }
+  if (f == "force_mode") {
+    begin_force_mode(call);
+    return true;
+  }
+  if (f == "force_mode_set_damping" || f == "force_mode_set_gain_scaling") {
+    ForceModeOptions& next = controller_.next_force_mode();
+    (f == "force_mode_set_damping" ? next.damping : next.gain) =
+        number(call, 0, f == "force_mode_set_damping" ? "damping" : "scaling", -1.0);
+    if (const std::string problem = problem_of(next); !problem.empty()) fail(call, problem);
+    return true;
+  }
+  if (f == "freedrive_mode") {
+    controller_.start_freedrive();
+    return true;
+  }
+  if (f == "end_force_mode" || f == "end_freedrive_mode") {
+    controller_.end_force_mode();
     return true;
   }
   if (f == "write_output_float_register") {

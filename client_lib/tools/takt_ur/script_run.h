@@ -18,6 +18,7 @@ class ScriptRun final : public RunningProgram {
  private:
   /// Executes one call; false while it has not ended.
   bool execute(const urscript::Call& call);
+  void begin_force_mode(const urscript::Call& call);
   bool begin(const urscript::Call& call);
   [[noreturn]] static void fail(const urscript::Call& call, const std::string& text);
 

@@ -56,8 +56,11 @@ UrController::UrController(gateway::EventLoop& loop, gateway::CellLink& link, co
     const auto& gripper = link.cell()->grippers.at(static_cast<std::size_t>(tool));
     set_tcp(vector_of(takt::pose_of(gripper.mount) * takt::pose_of(gripper.tool_center_point)));
   }
+  if (!mapping.force_sensor.empty()) force_sensor_.emplace(*link.cell(), mapping.force_sensor);
   read_cell();
   motion_.reset(actual_q_);
+  target_q_ = actual_q_;
+  measure_force();
   fill_outputs();
 }
 
@@ -78,12 +81,17 @@ Vector6 UrController::turned(const Vector6& values, bool to_protocol) const {
 void UrController::advance() {
   ++cycle_;
   const bool plays = read_cell();
+  measure_force();
   change_power();
   // A robot that another client moves, or that was reset, or stands still with its cell: the target is where it is.
-  if (!drives_ || !plays || robot_mode_ != RobotMode::running) motion_.reset(actual_q_);
+  if (!drives_ || !plays || robot_mode_ != RobotMode::running) {
+    motion_.reset(actual_q_);
+    restart_force_mode(actual_q_);
+    target_q_ = actual_q_;
+  }
   advance_program();
   if (plays && robot_mode_ == RobotMode::running) {
-    const bool feasible = motion_.advance(speed_slider_);
+    const bool feasible = motion_.advance(speed_slider_) && follow_force();
     if (!feasible) {
       protective_stop("the path leaves the robot's reach or passes a singularity");
       error_code(204, rtde::ReportLevel::violation,
@@ -103,6 +111,8 @@ bool UrController::read_cell() {
   actual_effort_ = vector(mapping_.robot.rates_to_protocol(robot.effort));
   if (previous && previous->epoch != state_->epoch) {
     end_program("The cell was reset.");
+    sensor_zero_F_ = {};
+    force_bias_ = {};
     motion_.reset(actual_q_);
     drives_ = false;
   }
@@ -177,7 +187,7 @@ void UrController::advance_program() {
 }
 
 void UrController::drive() {
-  const bool busy = program_ != nullptr || !motion_.at_rest() || motion_.follows();
+  const bool busy = program_ != nullptr || !motion_.at_rest() || motion_.follows() || force_mode_;
   if (busy) at_rest_since_ = cycle_;
   if (busy && !drives_) {
     drives_ = true;
@@ -187,8 +197,8 @@ void UrController::drive() {
     return;
   }
   if (drives_)
-    link_.sender().move(mapping_.robot.robot, mapping_.robot.to_cell(motion_.position()),
-                        mapping_.robot.rates_to_cell(motion_.velocity()));
+    link_.sender().move(mapping_.robot.robot, mapping_.robot.to_cell(target_q_),
+                        mapping_.robot.rates_to_cell(target_qd_));
 }
 
 // --- programs ---
@@ -248,6 +258,7 @@ void UrController::start(std::unique_ptr<RunningProgram> program) {
   paused_ = false;
   log("The program " + program->name() + " starts.");
   on_primary_message(rtde::key_message(timestamp_us(), rtde::kProgramStarted, program->name()));
+  next_force_mode_ = {};
   program_ = std::move(program);
 }
 
@@ -256,6 +267,7 @@ void UrController::end_program(const char* why) {
   if (!program_) return;
   const std::string name = program_->name();
   program_.reset();
+  end_force_mode();
   motion_.stop();
   log("The program " + name + " has ended. " + why);
   on_primary_message(rtde::key_message(timestamp_us(), rtde::kProgramStopped, name));
@@ -281,6 +293,7 @@ void UrController::error_code(int code, rtde::ReportLevel level, const std::stri
 void UrController::protective_stop(const std::string& why) {
   if (safety_mode_ == SafetyMode::protective_stop) return;
   safety_mode_ = SafetyMode::protective_stop;
+  end_force_mode();
   motion_.stop(15.0);
   if (program_) paused_ = true;
   // A client that reads the error has the state and the safety mode, so that what it does next finds them.

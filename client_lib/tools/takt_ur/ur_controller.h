@@ -11,9 +11,11 @@
 
 #include "client_lib/gateway/cell_link.h"
 #include "client_lib/gateway/event_loop.h"
+#include "client_lib/gateway/force_sensor.h"
 #include "client_lib/gateway/rtde/dashboard.h"
 #include "client_lib/gateway/rtde/primary.h"
 #include "client_lib/gateway/rtde/server_session.h"
+#include "client_lib/gateway/ur/force_mode.h"
 #include "client_lib/gateway/ur/motion.h"
 #include "client_lib/gateway/urscript/script.h"
 #include "client_lib/tools/takt_ur/ur_mapping.h"
@@ -93,6 +95,23 @@ class UrController final : public rtde::DashboardRobot {
   void set_tcp(const Vector6& offset);
   void set_gravity(const std::array<double, 3>& gravity) { gravity_ = gravity; }
   void zero_force_sensor();
+  /// A force at the TCP is known: there is a sensor, a tool with contact forces, or a sensor of the driver.
+  bool measures_force() const;
+  /// The force of a sensor that the driver reads (RTDE input external_force_torque), in the flange's axes about `origin_F`.
+  struct DriverSensor {
+    bool enabled = false;
+    Vec3 origin_F = Vec3::Zero(), center_of_gravity_F = Vec3::Zero();
+    double mass_kg = 0.0;
+  };
+  void set_driver_sensor(const DriverSensor& sensor) { driver_sensor_ = sensor; }
+  /// Force mode, until end_force_mode() or the program's end. Throws urscript::ScriptError for invalid options, and where
+  /// nothing measures a force.
+  void start_force_mode(const ForceModeOptions& options);
+  /// Compliant in all axes, without a force of its own; where nothing measures a force, the robot stands.
+  void start_freedrive();
+  void end_force_mode();
+  /// Of the next force_mode() in a URScript program.
+  ForceModeOptions& next_force_mode() { return next_force_mode_; }
   void write_output_double(int number, double value);
   /// Contact force at the TCP in the protocol's base: N, N m; zero without a tool.
   const Vector6& contact_force() const { return contact_force_; }
@@ -120,6 +139,12 @@ class UrController final : public rtde::DashboardRobot {
 
  private:
   bool read_cell();
+  void measure_force();
+  Vector6 summed_contact_force(const Pose& X_RT) const;
+  Wrench sensor_wrench_F() const;
+  Wrench weight_F(const Pose& X_RF, double mass_kg, const Vec3& center_F) const;
+  bool follow_force();
+  void restart_force_mode(const Vector6& q);
   void change_power();
   void advance_program();
   void drive();
@@ -153,7 +178,13 @@ class UrController final : public rtde::DashboardRobot {
 
   std::shared_ptr<const State> state_;
   Vector6 actual_q_{}, actual_qd_{}, actual_effort_{};
-  Vector6 tcp_offset_{}, contact_force_{}, force_bias_{}, measured_force_{};
+  Vector6 target_q_{}, target_qd_{};  ///< of the robot: the motion's, or in force mode beside it
+  Vector6 tcp_offset_{}, contact_force_{}, force_bias_{}, measured_force_{}, raw_wrench_{};
+  std::optional<gateway::ForceSensor> force_sensor_;
+  DriverSensor driver_sensor_;
+  Wrench sensed_F_, sensor_zero_F_;  ///< without the payload; the zero of the sensor
+  std::optional<ForceMode> force_mode_;
+  ForceModeOptions next_force_mode_;
   std::uint64_t digital_outputs_ = 0, digital_inputs_ = 0;
   std::array<double, 2> analog_outputs_{}, analog_inputs_{}, tool_analog_inputs_{};
   double speed_slider_ = 1.0;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 
+#include "client_lib/gateway/force_sensor.h"
 #include "client_lib/gateway/rtde/variables.h"
 
 namespace takt::ur {
@@ -63,6 +64,10 @@ void describe_mapping(Fields& f, UrMapping& m, const CellInfo& cell) {
       tools.push_back(gripper.name);
   f.field("tool", m.tool, NameOf{tools, "a gripper of the robot"},
           "Gripper whose TCP and contact forces the controller shows; without it the TCP is the flange.");
+  gateway::describe_force_sensor(
+      f, m.force_sensor, cell, m.robot.robot,
+      "Sensor on the flange that the controller reads; without it forces are the contact "
+      "forces of the tool.");
   f.pose("base_frame", m.base_frame, "The protocol's base frame in the robot's base.");
   f.section("listen", "Where the controller listens.", [&] {
     f.field("address", m.address, Text{},
@@ -84,6 +89,7 @@ void describe_mapping(Fields& f, UrMapping& m, const CellInfo& cell) {
   const auto numbers = m.version_numbers();
   f.check(numbers[0] == 5, "controller", "version " + m.version, "5.x.y: PolyScope X has other interfaces");
   gateway::describe_time(f, m.time);
+  gateway::describe_filter(f, m.filter_rad_per_s);
   f.field("contact_force_N", m.contact_force_N, positive("N"),
           "Force at the TCP that counts as tool contact.");
   gateway::describe_outputs(f, m.outputs, cell, is_ur_output, kOutputNames);

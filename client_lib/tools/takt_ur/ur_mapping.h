@@ -18,14 +18,16 @@ struct NamedProgram {
 
 struct UrMapping {
   gateway::RobotMapping robot;
-  std::string tool;  ///< gripper at the flange: TCP and forces; empty: none
-  Pose base_frame;   ///< X_RB: the protocol's base in the robot's base
+  std::string tool;          ///< gripper at the flange: TCP and forces; empty: none
+  std::string force_sensor;  ///< device on the flange that measures forces; empty: contact forces of `tool`
+  Pose base_frame;           ///< X_RB: the protocol's base in the robot's base
   std::string address = "127.0.0.1";
   int rtde_port = 30004, primary_port = 30001, secondary_port = 30002, realtime_port = 30003,
       dashboard_port = 29999;
   std::string model = "UR10e", serial_number = "20000000001", version = "5.21.0";
   bool remote_control = true, powered = true;
   gateway::TimeReference time = gateway::TimeReference::wall;
+  double filter_rad_per_s = gateway::kFilter_rad_per_s;
   double contact_force_N = 5.0;  ///< at which tool contact is detected
   std::vector<gateway::OutputMapping> outputs;
   std::vector<gateway::InputMapping> inputs;

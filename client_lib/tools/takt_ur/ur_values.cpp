@@ -42,10 +42,132 @@ void UrController::set_analog_output(int number, double fraction) {
 void UrController::set_tcp(const Vector6& offset) {
   tcp_offset_ = offset;
   motion_.set_tool(pose_of(offset));
+  restart_force_mode(target_q_);
 }
 
 void UrController::zero_force_sensor() {
   force_bias_ = measured_force_;
+  sensor_zero_F_ = sensed_F_;
+}
+
+bool UrController::measures_force() const {
+  return force_sensor_ || driver_sensor_.enabled || !mapping_.tool.empty();
+}
+
+// Contact wrench on the tool's components, about the TCP, in the protocol's base.
+Vector6 UrController::summed_contact_force(const Pose& X_RT) const {
+  if (mapping_.tool.empty()) return {};
+  const auto& cell = *link_.cell();
+  const auto& gripper = cell.grippers.at(static_cast<std::size_t>(cell.find_gripper(mapping_.tool)));
+  const auto& robot = cell.robots.at(static_cast<std::size_t>(gripper.robot));
+  const Pose X_RW = takt::pose_of(robot.base).inverse();
+  Vec3 force = Vec3::Zero(), torque = Vec3::Zero();
+  for (const int index : {gripper.palm, gripper.left_jaw, gripper.right_jaw}) {
+    if (index < 0) continue;
+    const ComponentState& component = state_->components.at(static_cast<std::size_t>(index));
+    const Vec3 f = X_RW.R * vec(component.force), at = X_RW * vec(component.position);
+    force += f;
+    torque += X_RW.R * vec(component.torque) + (at - X_RT.p).cross(f);
+  }
+  return turned({force.x(), force.y(), force.z(), torque.x(), torque.y(), torque.z()}, true);
+}
+
+Wrench UrController::sensor_wrench_F() const {
+  if (!driver_sensor_.enabled) return force_sensor_->wrench_F(*state_);
+  const auto& v = inputs_.value(*inputs_.find("external_force_torque")).real;
+  const Vec3 force(v[0], v[1], v[2]);
+  return {force, Vec3(v[3], v[4], v[5]) + driver_sensor_.origin_F.cross(force)};
+}
+
+// set_gravity() gives the acceleration of a robot that rests: away from the earth.
+Wrench UrController::weight_F(const Pose& X_RF, double mass_kg, const Vec3& center_F) const {
+  const Vec3 up_R = mapping_.base_frame.R * Vec3(gravity_[0], gravity_[1], gravity_[2]);
+  const Vec3 weight = X_RF.R.transpose() * (-mass_kg * up_R);
+  return {weight, center_F.cross(weight)};
+}
+
+void UrController::measure_force() {
+  const Pose X_RT = motion_.tool_pose(actual_q_);
+  if (!force_sensor_ && !driver_sensor_.enabled) {
+    measured_force_ = raw_wrench_ = summed_contact_force(X_RT);
+    for (std::size_t i = 0; i < 6; ++i) contact_force_.at(i) = measured_force_.at(i) - force_bias_.at(i);
+    return;
+  }
+  const Pose X_RF = X_RT * motion_.tool().inverse();
+  const Wrench raw = sensor_wrench_F();
+  const auto& cog = payload_.center_of_gravity_m;
+  const Wrench payload = weight_F(X_RF, payload_.mass_kg, Vec3(cog[0], cog[1], cog[2])),
+               own = driver_sensor_.enabled
+                         ? weight_F(X_RF, driver_sensor_.mass_kg, driver_sensor_.center_of_gravity_F)
+                         : Wrench{};
+  sensed_F_ = {raw.f - payload.f - own.f, raw.t - payload.t - own.t};
+  const Vec3 force = X_RF.R * (sensed_F_.f - sensor_zero_F_.f);
+  const Vec3 torque = X_RF.R * (sensed_F_.t - sensor_zero_F_.t) + (X_RF.p - X_RT.p).cross(force);
+  contact_force_ = turned({force.x(), force.y(), force.z(), torque.x(), torque.y(), torque.z()}, true);
+  raw_wrench_ = {raw.f.x(), raw.f.y(), raw.f.z(), raw.t.x(), raw.t.y(), raw.t.z()};
+}
+
+// --- force mode ---
+
+void UrController::start_force_mode(const ForceModeOptions& options) {
+  if (const std::string problem = problem_of(options); !problem.empty())
+    throw urscript::ScriptError(1, 1, problem);
+  if (!measures_force())
+    throw urscript::ScriptError(
+        1, 1, "force_mode: nothing measures a force; the mapping needs the key tool or force_sensor");
+  end_force_mode();
+  force_mode_.emplace(options, motion_.tool_pose(target_q_));
+}
+
+void UrController::start_freedrive() {
+  if (!measures_force()) {
+    text("Freedrive: nothing measures a force; the robot stands.");
+    return;
+  }
+  constexpr double kDamping = 0.05, kFastest_m_per_s = 0.5, kFastest_rad_per_s = 1.0;
+  ForceModeOptions options;
+  options.compliant.fill(true);
+  options.damping = kDamping;
+  for (std::size_t i = 0; i < 6; ++i)
+    options.speed_limit.at(i) = i < 3 ? kFastest_m_per_s : kFastest_rad_per_s;
+  start_force_mode(options);
+}
+
+void UrController::end_force_mode() {
+  if (!force_mode_) return;
+  force_mode_.reset();
+  motion_.relocate(target_q_);
+}
+
+void UrController::restart_force_mode(const Vector6& q) {
+  if (!force_mode_) return;
+  const ForceModeOptions options = force_mode_->options();
+  force_mode_.emplace(options, motion_.tool_pose(q));
+}
+
+bool UrController::follow_force() {
+  if (!force_mode_) {
+    target_q_ = motion_.position();
+    target_qd_ = motion_.velocity();
+    return true;
+  }
+  if (paused_) {
+    target_qd_ = {};
+    return true;
+  }
+  const Vector6 w = turned(contact_force_, false);
+  const Pose& X_RT = force_mode_->advance(motion_.tool_pose(motion_.position()),
+                                          {Vec3(w[0], w[1], w[2]), Vec3(w[3], w[4], w[5])}, kCycle_s);
+  const auto q = motion_.inverse_kinematics(X_RT, target_q_);
+  if (!q) return false;
+  Vector6 qd{};
+  for (std::size_t i = 0; i < qd.size(); ++i) {
+    qd.at(i) = (q->at(i) - target_q_.at(i)) / kCycle_s;
+    if (std::abs(qd.at(i)) > arm_.joints[i].max_velocity) return false;
+  }
+  target_q_ = *q;
+  target_qd_ = qd;
+  return true;
 }
 
 void UrController::write_output_double(int number, double value) {
@@ -98,29 +220,8 @@ void UrController::fill_outputs() {
   const bool powered = robot_mode_ == RobotMode::running || robot_mode_ == RobotMode::idle;
   const bool stopped = safety_mode_ != SafetyMode::normal;
 
-  // Contact wrench on the tool's components, about the TCP, in the protocol's base.
   const Pose X_RT = motion_.tool_pose(actual_q_);
-  measured_force_ = {};
-  if (!mapping_.tool.empty()) {
-    const auto& cell = *link_.cell();
-    const auto& gripper = cell.grippers.at(static_cast<std::size_t>(cell.find_gripper(mapping_.tool)));
-    const auto& robot = cell.robots.at(static_cast<std::size_t>(gripper.robot));
-    const Pose X_RW = takt::pose_of(robot.base).inverse();
-    Vec3 force = Vec3::Zero(), torque = Vec3::Zero();
-    for (const int index : {gripper.palm, gripper.left_jaw, gripper.right_jaw}) {
-      if (index < 0) continue;
-      const ComponentState& component = state_->components.at(static_cast<std::size_t>(index));
-      const Vec3 f = X_RW.R * vec(component.force), at = X_RW * vec(component.position);
-      force += f;
-      torque += X_RW.R * vec(component.torque) + (at - X_RT.p).cross(f);
-    }
-    measured_force_ = turned({force.x(), force.y(), force.z(), torque.x(), torque.y(), torque.z()}, true);
-  }
-  double force_size = 0.0;
-  for (std::size_t i = 0; i < 6; ++i) {
-    contact_force_.at(i) = measured_force_.at(i) - force_bias_.at(i);
-    if (i < 3) force_size += contact_force_.at(i) * contact_force_.at(i);
-  }
+  const double force_size = std::hypot(contact_force_[0], contact_force_[1], contact_force_[2]);
 
   rtde::Table& o = outputs_;
   const std::uint64_t us = timestamp_us();
@@ -132,7 +233,7 @@ void UrController::fill_outputs() {
   o.set("actual_main_voltage", 48.0);
   o.set("actual_robot_voltage", powered ? 48.0 : 0.0);
   o.set("tool_temperature", 25.0);
-  o.set("tcp_force_scalar", std::sqrt(force_size));
+  o.set("tcp_force_scalar", force_size);
   o.set("payload", payload_.mass_kg);
   for (std::size_t i = 0; i < 2; ++i) {
     const std::string n = std::to_string(i);
@@ -140,19 +241,19 @@ void UrController::fill_outputs() {
     o.set("standard_analog_output" + n, analog_outputs_.at(i));
     o.set("tool_analog_input" + n, tool_analog_inputs_.at(i));
   }
-  o.set_vector("target_q", motion_.position());
-  o.set_vector("target_qd", motion_.velocity());
+  o.set_vector("target_q", target_q_);
+  o.set_vector("target_qd", target_qd_);
   o.set_vector("target_qdd", motion_.acceleration());
   o.set_vector("actual_q", actual_q_);
   o.set_vector("actual_qd", actual_qd_);
   o.set_vector("target_moment", actual_effort_);
   o.set_vector("actual_current_as_torque", actual_effort_);
   o.set_vector("actual_TCP_pose", vector_of(to_base(X_RT)));
-  o.set_vector("target_TCP_pose", vector_of(to_base(motion_.tool_pose(motion_.position()))));
+  o.set_vector("target_TCP_pose", vector_of(to_base(motion_.tool_pose(target_q_))));
   o.set_vector("actual_TCP_speed", turned(motion_.tool_speed(actual_q_, actual_qd_), true));
-  o.set_vector("target_TCP_speed", turned(motion_.tool_speed(motion_.position(), motion_.velocity()), true));
+  o.set_vector("target_TCP_speed", turned(motion_.tool_speed(target_q_, target_qd_), true));
   o.set_vector("actual_TCP_force", contact_force_);
-  o.set_vector("ft_raw_wrench", measured_force_);
+  o.set_vector("ft_raw_wrench", raw_wrench_);
   o.set_vector("tcp_offset", tcp_offset_);
   o.set_vector("payload_cog", payload_.center_of_gravity_m);
   o.set_vector("payload_inertia", payload_.inertia_kg_m2);

@@ -32,6 +32,7 @@ worst = 0.0
 seqnos = []
 states = set()
 held = 0
+force = None
 k = 0
 reference = 0.0
 while k < a.messages:
@@ -49,6 +50,9 @@ while k < a.messages:
         worst = max(worst, abs(joints[0] - start[0] - reference))
     last = seqno
     states.add((egm.fields(robot[4][0])[1][0], egm.fields(robot[5][0])[1][0], egm.fields(robot[8][0])[1][0]))
+    if 9 in robot:
+        measured = egm.fields(robot[9][0])
+        force = measured.get(2, measured.get(1))  # RobotWare 7, or 6
     if 13 in robot:
         held += egm.fields(robot[13][0]).get(1, [0])[0]
     t = (tm - first) / 1000.0
@@ -64,4 +68,4 @@ while k < a.messages:
                         digital=sum(k >= at for at in changes) % 2 if changes else None)
     link.sendto(answer[:40] if a.fault == "cut" else answer, peer)
 print(json.dumps({"messages": k, "worst_deg": worst, "first_seqno": seqnos[0], "last_seqno": seqnos[-1],
-                  "states": sorted(states), "held": held, "start": start, "end": joints}), flush=True)
+                  "states": sorted(states), "held": held, "force": force, "start": start, "end": joints}), flush=True)

@@ -32,6 +32,7 @@ NUMBER = r"(-?[0-9.]+)"
 AXES = re.compile("<AIPos " + " ".join(f'A{i}="{NUMBER}"' for i in range(1, 7)) + "/>")
 IPOC = re.compile("<IPOC>([0-9]+)</IPOC></Rob>$")
 DELAY = re.compile('<Delay D="([0-9]+)"/>')
+FORCE = re.compile("<FT " + " ".join(f'{tag}="{NUMBER}"' for tag in ("FX", "FY", "FZ", "TX", "TY", "TZ")) + "/>")
 HOLDING = re.compile('<GPIO 01="([01])"/>')
 
 
@@ -82,4 +83,5 @@ for k in range(a.packets):
 if not a.no_stop:
     answer(peer, ipoc, 0.0, 1)
 print(json.dumps({"packets": a.packets, "worst_deg": worst, "delay": delay, "ms": ipoc - first, "held": held,
-                  "start": start, "end": axes}), flush=True)
+                  "start": start, "end": axes,
+                  "force": [float(v) for v in FORCE.search(text).groups()] if FORCE.search(text) else None}), flush=True)
