@@ -294,6 +294,9 @@ class Client {
   /// Attaches a Part to the component `to` until detach(), independent of contacts.
   void attach(const std::string& part, const std::string& to) { call(requests::Attach{part, to}); }
   void detach(const std::string& part) { call(requests::Detach{part}); }
+  /// NAME.SIGNAL of a device, gripper or robot.
+  void force_signal(const std::string& signal, double value) { call(requests::ForceSignal{signal, value}); }
+  void release_signal(const std::string& signal) { call(requests::ReleaseSignal{signal}); }
 
   /// The whole state of the simulation, under a name, in a file of the server.
   Answer<requests::SaveSnapshot> save_snapshot(const std::string& name, std::optional<Seconds> timeout = {}) {

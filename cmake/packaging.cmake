@@ -3,15 +3,18 @@ include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
 set(takt_programs)
-foreach(program takt takt-server takt-run takt-controller takt-ur takt-rsi takt-egm)
+install(TARGETS takt_cell LIBRARY DESTINATION lib/takt)
+install(TARGETS takt-fmu-host RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+foreach(program takt takt-server takt-run takt-controller takt-ur takt-rsi takt-egm takt-modbus)
   if(TARGET ${program})
     list(APPEND takt_programs ${program})
   endif()
 endforeach()
 install(TARGETS ${takt_programs} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/config/scenarios ${PROJECT_SOURCE_DIR}/config/robots
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/config/scenarios ${PROJECT_SOURCE_DIR}/config/devices ${PROJECT_SOURCE_DIR}/config/robots
   ${PROJECT_SOURCE_DIR}/config/meshes ${PROJECT_SOURCE_DIR}/config/programs ${PROJECT_SOURCE_DIR}/config/dds
-  ${PROJECT_SOURCE_DIR}/config/dashboards ${PROJECT_SOURCE_DIR}/config/gateways ${PROJECT_SOURCE_DIR}/config/ros
+  ${PROJECT_SOURCE_DIR}/config/dashboards ${PROJECT_SOURCE_DIR}/config/gateways
+  ${PROJECT_SOURCE_DIR}/config/plc ${PROJECT_SOURCE_DIR}/config/ros
   DESTINATION ${CMAKE_INSTALL_DATADIR}/takt/config PATTERN generator EXCLUDE)
 install(FILES README.md LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} PATTERN figures EXCLUDE)
@@ -35,6 +38,7 @@ if(HELP2MAN)
     string(REPLACE "takt-ur" "protocols of Universal Robots for a robot of a cell" what "${what}")
     string(REPLACE "takt-rsi" "KUKA RSI for a robot of a cell" what "${what}")
     string(REPLACE "takt-egm" "ABB EGM for a robot of a cell" what "${what}")
+    string(REPLACE "takt-modbus" "Modbus TCP between a PLC and a cell" what "${what}")
     if(what STREQUAL "takt")
       set(what "look at a running cell, control and record it")
     endif()

@@ -45,11 +45,31 @@ struct BodyHeat {
   bool enclosed = false;       ///< by another component (a furnace), away from the surroundings
 };
 
+/// A Ground whose surface moves (a belt): S is a frame fixed in the material of the surface, and coincides with the Ground's
+/// frame T at the start.
+struct SurfaceMotion {
+  bool exists = false;  ///< else the surface is that of the body
+  Pose X_TS;
+  Twist V_TS_T;       ///< of the material relative to the Ground, at the origin of T, axes of T
+  BodyMotion in_W{};  ///< of S; its reference point p_WBcm is that of the Ground
+};
+
 /// Motion of everything in the cell at one time.
 struct CellMotion {
-  std::vector<BodyMotion> bodies;  ///< by component id
-  std::vector<ArmMotion> arms;     ///< by robot index
-  std::vector<BodyHeat> heat;      ///< by component id
+  std::vector<BodyMotion> bodies;         ///< by component id
+  std::vector<ArmMotion> arms;            ///< by robot index
+  std::vector<BodyHeat> heat;             ///< by component id
+  std::vector<SurfaceMotion> surfaces{};  ///< by component id; empty in a cell without moving surfaces
+  double time_s = 0.0;
+
+  bool has_surface(int component) const {
+    return !surfaces.empty() && surfaces[static_cast<std::size_t>(component)].exists;
+  }
+  /// The motion of what carries a Part that lies on this component: of the material of a moving surface, else of the body.
+  const BodyMotion& carrier(int component) const {
+    const auto c = static_cast<std::size_t>(component);
+    return has_surface(component) ? surfaces[c].in_W : bodies[c];
+  }
 };
 
 class PlantModel {

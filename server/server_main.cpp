@@ -25,6 +25,7 @@
 #include "idl/transport/fastdds/server_participant.h"
 #include "server/dds/dds_adapter.h"
 #include "server/dds/topic_names.h"
+#include "server/fmu/fmu_library.h"
 #include "server/geometry/convex/decomposition_cache.h"
 #include "server/headless/progress.h"
 #include "server/runtime/host/cell_host.h"
@@ -51,7 +52,7 @@ struct Arguments {
   std::filesystem::path snapshots;
   std::optional<double> snapshot_every_s;
   bool supervised = false;
-  std::filesystem::path log, recordings, scenarios;
+  std::filesystem::path log, recordings, scenarios, allowed_fmus;
   std::vector<std::string> overrides;
   std::optional<int> level_of_detail;
 };
@@ -123,6 +124,9 @@ void describe_arguments(CLI::App& app, Arguments& arguments) {
                  "directory of the files that clients may load and spawn from (load_scenario, spawn_entity); "
                  "without: any that the server can read")
       ->check(CLI::ExistingDirectory);
+  app.add_option("--allow-fmus", arguments.allowed_fmus,
+                 "directory whose FMUs scenarios may run; an FMU is code that runs on this machine")
+      ->check(CLI::ExistingDirectory);
   app.add_option("--recordings", arguments.recordings,
                  "directory of such files made by request (start_recording)");
   app.add_option("--lod", arguments.level_of_detail, "level of detail of every process")
@@ -148,6 +152,7 @@ takt::HostOptions host_options(const Arguments& arguments, std::optional<takt::P
   options.log = arguments.log;
   options.recordings = arguments.recordings;
   options.scenarios = arguments.scenarios;
+  options.fmus = takt::fmu_library(arguments.allowed_fmus);
   options.version = std::string("takt-server ") + TAKT_VERSION;
   options.cache_directory = takt::user_cache_directory();
   options.on_note = [&progress](const std::string& sentence) {

@@ -5,7 +5,7 @@ set(TAKT_PROCESSORS_OF_WORK 2)
 set(TAKT_TESTS_THAT_WAIT "^integration\\.")
 
 # These run alone: they measure time.
-set(TAKT_TESTS_ALONE "^integration\\.(DdsFrozenClient|EgmOverUdp|ForceSensorInProtocols|FullDisk|RsiOverUdp)\\.")
+set(TAKT_TESTS_ALONE "^integration\\.(DdsFrozenClient|EgmOverUdp|ForceSensorInProtocols|FullDisk|ModbusPlc|RsiOverUdp)\\.")
 
 # Long cases that share nothing: an entry a case, so that every processor has one.
 set(TAKT_TESTS_BY_CASE "^config\\.(Shipped/RefinedPeaks|BlockContact|ChainsawScenario|RotorScenario)$")

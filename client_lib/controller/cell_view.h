@@ -6,7 +6,7 @@
 // A number, a truth value, a text, an enumeration (its name), an index of the description (the name, or nil), a vector and
 // a list of numbers are values: they keep the bits of the time of reading. Other messages and lists of messages are paths
 // into the message (a robot of the cell), and show the present update at every reading.
-#include "client_lib/controller/lua_sandbox.h"
+#include "idl/lua/lua_sandbox.h"
 
 namespace takt::controller {
 

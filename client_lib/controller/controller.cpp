@@ -66,6 +66,7 @@ struct Controller::Impl {
     for (size_t i = 0; i < cell.grippers.size(); ++i) {
       const int carrier = cell.grippers[i].robot;
       if (std::find(driven_robots.begin(), driven_robots.end(), carrier) == driven_robots.end()) continue;
+      if (program->leaves_gripper(static_cast<int>(i))) continue;
       driven_grippers.push_back(static_cast<int>(i));
     }
     output.finished = false;

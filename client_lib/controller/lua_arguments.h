@@ -3,7 +3,7 @@
 #include <initializer_list>
 #include <string_view>
 
-#include "client_lib/controller/lua_sandbox.h"
+#include "idl/lua/lua_sandbox.h"
 
 namespace takt::controller {
 

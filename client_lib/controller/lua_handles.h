@@ -3,8 +3,8 @@
 #include <string>
 #include <string_view>
 
-#include "client_lib/controller/lua_sandbox.h"
 #include "idl/common/text.h"
+#include "idl/lua/lua_sandbox.h"
 #include "plant_models/robot/arm_kinematics.h"
 
 namespace takt::controller {

@@ -1,7 +1,7 @@
 #pragma once
 // Poses as values of the program: pose{x=, y=, z=, roll=, pitch=, yaw=} (m, rad, fixed axes), products,
 // inverse, offset. A pose never changes.
-#include "client_lib/controller/lua_sandbox.h"
+#include "idl/lua/lua_sandbox.h"
 #include "plant_models/spatial.h"
 
 namespace takt::controller {

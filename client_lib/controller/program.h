@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "client_lib/controller/controller.h"
-#include "client_lib/controller/lua_sandbox.h"
 #include "client_lib/controller/robot_driver.h"
 #include "client_lib/controller/state_source.h"
 #include "idl/common/named_lists.h"
+#include "idl/lua/lua_sandbox.h"
 
 namespace takt::controller {
 
@@ -38,6 +38,8 @@ class Program {
   std::vector<int> driven_robots() const;
   /// Devices that the program asked for while it was loaded, in rising order.
   std::vector<int> driven_devices() const { return {devices_.begin(), devices_.end()}; }
+  /// Whether the program leaves this gripper of its robots to another controller.
+  bool leaves_gripper(int gripper) const { return left_grippers_.contains(gripper); }
 
   /// Runs every routine up to its next wait. The routines run in the order of the robots, in rounds, until all
   /// of them wait. So a signal takes effect in the same period, whichever routine gives it.
@@ -89,6 +91,7 @@ class Program {
   std::vector<Routine> routines_;                     ///< in the order of the robots
   Routine* current_ = nullptr;                        ///< the routine that is running
   std::set<int> devices_;
+  std::set<int> left_grippers_;
   std::set<std::string, std::less<>> parameters_;  ///< asked for
   std::map<std::string, int, std::less<>> signal_ids_;
   std::vector<bool> signals_;  ///< given so far

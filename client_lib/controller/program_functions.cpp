@@ -283,6 +283,8 @@ struct ProgramFunctions {
 
   static GripperSetPoint& own_gripper(lua_State* L, const GripperDescription*& info) {
     const int gripper = to_handle(L, kGripperType, " (write r.gripper:close(), not r.gripper.close())");
+    if (program(L).leaves_gripper(gripper))
+      throw std::runtime_error("the program has left this gripper to another controller (leave_gripper)");
     info = &cell_info(L).grippers[static_cast<size_t>(gripper)];
     routine_of(L, info->robot);
     return (*program(L).context_.grippers)[static_cast<size_t>(gripper)];
@@ -331,6 +333,14 @@ struct DeviceFunctions {
     self.devices_.insert(index);
     push_handle(L, kDeviceType, index);
     return 1;
+  }
+
+  static int leave_gripper(lua_State* L) {
+    Program& self = ProgramFunctions::program(L);
+    if (self.state_ != nullptr) throw std::runtime_error("grippers are left while the program is loaded");
+    self.left_grippers_.insert(
+        index_by_name(self.context_.cell->grippers, to_name(L, 1), "the cell has no gripper"));
+    return 0;
   }
 
   static int index(lua_State* L) {
@@ -394,6 +404,7 @@ void open_program_library(lua_State* L) {
   open_cell_view(L);
   lua_register(L, "routine", lua_entry<F::routine>);
   lua_register(L, "device", lua_entry<DeviceFunctions::device>);
+  lua_register(L, "leave_gripper", lua_entry<DeviceFunctions::leave_gripper>);
   lua_register(L, "parameter", lua_entry<F::parameter>);
   lua_register(L, "signal", lua_entry<F::signal>);
   lua_register(L, "print", lua_entry<F::print>);

@@ -48,13 +48,15 @@ CellLink::CellLink(Client& client, CellLinkOptions options, const std::vector<st
     sender_.filter(options_.robot, filter);
     options_.period_s *= kPeriodsOfSetPoint;
   }
-  client_.register_controller(options_.name, Seconds{options_.period_s}, Seconds{10.0}, targets_);
+  // A gateway that only reads does not control.
+  if (!targets_.empty())
+    client_.register_controller(options_.name, Seconds{options_.period_s}, Seconds{10.0}, targets_);
   supervise();
 }
 
 CellLink::~CellLink() {
   try {
-    if (client_.connected()) client_.unregister_controller(options_.name);
+    if (client_.connected() && !targets_.empty()) client_.unregister_controller(options_.name);
   } catch (const ClientError& error) {
     report(options_.name, error.what());
   }

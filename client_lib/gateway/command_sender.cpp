@@ -68,7 +68,14 @@ void CommandSender::grip(const std::string& gripper, GripperAction action, doubl
 }
 
 void CommandSender::set_signals(const std::string& device, const std::map<std::string, double>& signals) {
-  give(device, signals);
+  Signals all;
+  {
+    const std::lock_guard lock(mutex_);
+    Signals& standing = standing_[device];
+    for (const auto& [name, value] : signals) standing.insert_or_assign(name, value);
+    all = standing;
+  }
+  give(device, std::move(all));
 }
 
 void CommandSender::give(const std::string& target, Command command) {

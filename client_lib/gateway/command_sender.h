@@ -42,7 +42,8 @@ class CommandSender {
   void stop(const std::string& robot);
   /// As Client::set_gripper.
   void grip(const std::string& gripper, GripperAction action, double width_m = 0.0, double max_force_N = 0.0);
-  /// As Client::set_signals. Signals of one device that wait are merged.
+  /// As Client::set_signals. All signals that were set so far are sent: of two commands for one device within a step
+  /// the server applies the newer one alone.
   void set_signals(const std::string& device, const std::map<std::string, double>& signals);
 
   Counters counters() const;
@@ -68,6 +69,7 @@ class CommandSender {
   std::condition_variable given_;
   std::map<std::string, Command> pending_;
   std::map<std::string, SetPointFilter> filters_;
+  std::map<std::string, Signals> standing_;  ///< by device
   Counters counters_;
   bool over_ = false;
   std::thread thread_;

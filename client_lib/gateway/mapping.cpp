@@ -25,12 +25,19 @@ const Choice<Measure> kMeasures{{{"closed", Measure::closed},
 
 /// Of a mapping of the cell: gripper, or device and signal.
 template <class Element>
-void describe_place(Fields& f, Element& e, const CellInfo& cell, bool commanded) {
+void describe_place(Fields& f, Element& e, const CellInfo& cell, bool commanded,
+                    const std::vector<std::string>& others = {}) {
   f.field("gripper", e.gripper, NameOf{names_of(cell.grippers), "a gripper of the cell"}, "The gripper.");
   f.field("device", e.device, NameOf{names_of(cell.devices), "a device of the cell"},
           "The device, with its signal.");
   f.together("device", "signal");
-  f.alternatives({"gripper", "device"}, 1, 1, "", "", "gripper, or device and signal");
+  std::vector<std::string> places{"gripper", "device"};
+  std::string allowed = "gripper, or device and signal";
+  for (const std::string& other : others) {
+    places.push_back(other);
+    allowed += ", or " + other;
+  }
+  f.alternatives(places, 1, 1, "", "", allowed);
   std::vector<std::string> signals;
   if (const int device = e.device.empty() ? -1 : cell.find_device(e.device); device >= 0)
     for (const auto& signal : cell.devices[static_cast<std::size_t>(device)].signals)
@@ -148,26 +155,31 @@ void describe_filter(Fields& f, double& filter_rad_per_s) {
           "comes. In lockstep there is no filter.");
 }
 
+void describe_output(Fields& f, OutputMapping& output, const CellInfo& cell,
+                     const std::vector<std::string>& others) {
+  describe_place(f, output, cell, true, others);
+  f.field("as", output.sets_width, kGripperOutputs,
+          "Of a gripper: switch: 1 closes and 0 opens it; width: the number is its width in m.");
+}
+
+void describe_input(Fields& f, InputMapping& input, const CellInfo& cell,
+                    const std::vector<std::string>& others) {
+  describe_place(f, input, cell, false, others);
+  f.field("is", input.measure, kMeasures, "Of a gripper: what is read.");
+  f.field("threshold", input.threshold, NumberRange{},
+          "Of a digital element: it is 1 where the number is larger.");
+}
+
 void describe_outputs(Fields& f, std::vector<OutputMapping>& outputs, const CellInfo& cell,
                       const IsElement& is_element, const char* allowed) {
-  describe_elements(
-      f, "outputs", outputs, "Elements that the controller writes.", is_element, allowed,
-      [&](OutputMapping& output) {
-        describe_place(f, output, cell, true);
-        f.field("as", output.sets_width, kGripperOutputs,
-                "Of a gripper: switch: 1 closes and 0 opens it; width: the number is its width in m.");
-      });
+  describe_elements(f, "outputs", outputs, "Elements that the controller writes.", is_element, allowed,
+                    [&](OutputMapping& output) { describe_output(f, output, cell); });
 }
 
 void describe_inputs(Fields& f, std::vector<InputMapping>& inputs, const CellInfo& cell,
                      const IsElement& is_element, const char* allowed) {
   describe_elements(f, "inputs", inputs, "Elements that the controller reads.", is_element, allowed,
-                    [&](InputMapping& input) {
-                      describe_place(f, input, cell, false);
-                      f.field("is", input.measure, kMeasures, "Of a gripper: what is read.");
-                      f.field("threshold", input.threshold, NumberRange{},
-                              "Of a digital element: it is 1 where the number is larger.");
-                    });
+                    [&](InputMapping& input) { describe_input(f, input, cell); });
 }
 
 double number_of(const InputMapping& input, const State& state) {
@@ -205,7 +217,8 @@ bool digital(const InputMapping& input, const State& state) {
 }
 
 std::vector<std::string> targets_of(const std::string& robot, const std::vector<OutputMapping>& outputs) {
-  std::vector<std::string> targets{robot};
+  std::vector<std::string> targets;
+  if (!robot.empty()) targets.push_back(robot);
   for (const OutputMapping& output : outputs) {
     const std::string& target = output.gripper.empty() ? output.device : output.gripper;
     if (std::find(targets.begin(), targets.end(), target) == targets.end()) targets.push_back(target);

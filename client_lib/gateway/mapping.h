@@ -85,6 +85,12 @@ void describe_outputs(Fields& f, std::vector<OutputMapping>& outputs, const Cell
 void describe_inputs(Fields& f, std::vector<InputMapping>& inputs, const CellInfo& cell,
                      const IsElement& is_element, const char* allowed);
 
+/// One element. `others`: keys that may stand in place of gripper and device.
+void describe_output(Fields& f, OutputMapping& output, const CellInfo& cell,
+                     const std::vector<std::string>& others = {});
+void describe_input(Fields& f, InputMapping& input, const CellInfo& cell,
+                    const std::vector<std::string>& others = {});
+
 /// Sends a value that the controller has written: 0 and 1 of a digital element. `commands` is a CommandSender or a
 /// LockstepController.
 template <class Commands>
@@ -103,7 +109,7 @@ void write_output(const OutputMapping& output, double value, Commands& commands)
 double number_of(const InputMapping& input, const State& state);
 bool digital(const InputMapping& input, const State& state);
 
-/// Names of robots, grippers and devices that the mappings command, once each.
+/// Names of robots, grippers and devices that the mappings command, once each. `robot` empty: none.
 std::vector<std::string> targets_of(const std::string& robot, const std::vector<OutputMapping>& outputs);
 
 }  // namespace takt::gateway

@@ -30,4 +30,26 @@ struct ThreadTurn {
 ThreadTurn turn_thread(const ScrewThread& thread, double turned_rad, double speed_rad_per_s,
                        double max_torque_N_m, double duration_s);
 
+/// Beyond its seat a screw is tightened: its torque rises by `stiffness_N_m_per_rad` for each radian from the
+/// driving torque on.
+struct ScrewTightening {
+  double stiffness_N_m_per_rad = 0.0;
+
+  /// Angle beyond the seat at which the torque is reached (rad).
+  double angle_rad(const ScrewThread& thread, double torque_N_m) const;
+};
+
+/// Result of turning in for a while.
+struct ThreadIn {
+  double down_rad = 0.0;    ///< turned in by, with travel
+  double tight_rad = 0.0;   ///< turned beyond the seat by
+  double torque_N_m = 0.0;  ///< of the nut runner
+  bool reached = false;     ///< the torque limit
+};
+
+/// For `duration_s` a nut runner turns in, at `speed_rad_per_s` > 0, a thread that is turned out by `turned_rad` and
+/// beyond its seat by `tight_rad`, up to the torque limit. Below the driving torque nothing turns.
+ThreadIn turn_in(const ScrewThread& thread, const ScrewTightening& tightening, double turned_rad,
+                 double tight_rad, double speed_rad_per_s, double torque_limit_N_m, double duration_s);
+
 }  // namespace takt

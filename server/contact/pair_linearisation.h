@@ -23,6 +23,20 @@ enum class Linearisation : std::uint8_t { secant, tangent };
 
 using Mat6 = Eigen::Matrix<double, 6, 6>;
 
+/// K or D in the axes that R leads to.
+inline Mat6 turned(const Mat3& R, const Mat6& m) {
+  Mat6 result;
+  for (int r = 0; r < 6; r += 3)
+    for (int c = 0; c < 6; c += 3) result.block<3, 3>(r, c) = R * m.block<3, 3>(r, c) * R.transpose();
+  return result;
+}
+
+/// K or D for wrenches and twists about p instead of the origin.
+inline void move_point(const Vec3& p, Mat6& m) {
+  for (int i = 0; i < 6; ++i) m.col(i).tail<3>() -= p.cross(m.col(i).head<3>());
+  for (int i = 0; i < 6; ++i) m.row(i).tail<3>() -= p.cross(m.row(i).head<3>());
+}
+
 /// At the world point p_W, world axes, both vectors ordered linear, then angular:
 ///   dF = K d + D V,
 /// F the wrench on `base` about p_W (force, moment; `target` gets -F), V the twist at p_W of base relative to
@@ -35,7 +49,8 @@ struct PairLinearisation {
   int base = -1, target = -1;  ///< component ids
   Vec3 p_W = Vec3::Zero();
   Mat6 K = Mat6::Zero(), D = Mat6::Zero();
-  Vec3 f_W = Vec3::Zero();  ///< on the base, of a tangent whose p_W is the centre of mass of the base; else zero
+  Vec3 f_W =
+      Vec3::Zero();  ///< on the base, of a tangent whose p_W is the centre of mass of the base; else zero
 };
 
 }  // namespace takt

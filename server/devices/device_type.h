@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "plant_models/device_model.h"
+#include "server/devices/fmu_link.h"
 #include "server/devices/signal_table.h"
 #include "server/fields/fields.h"
 #include "server/geometry/surface/shared_mesh.h"
@@ -47,6 +48,9 @@ class DeviceBuilder {
     double surface_m2 = 0.0, emissivity = 0.0;
   };
   std::vector<Heated> heated{};
+  /// Called in order when all devices of the cell are built, e.g. to find signals of others.
+  std::vector<std::function<void()>> when_built{};
+  FmuOpener* fmus = nullptr;  ///< none: FMUs are not allowed
 
   /// Adds a plant model with its signals; every member of its parameters enters the model hash. Returns the
   /// device.

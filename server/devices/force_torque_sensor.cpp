@@ -6,28 +6,11 @@
 
 #include "idl/common/lockstep.h"
 #include "server/contact/holding/component_interaction.h"
+#include "server/devices/seeded_noise.h"
 #include "server/simulation/step/cell_plant.h"
 
 namespace takt {
 namespace {
-
-/// splitmix64 (Steele, Lea, Flood 2014): a number for each place of a sequence. The standard library's distributions differ
-/// between libraries.
-std::uint64_t splitmix64(std::uint64_t x) {
-  x += 0x9e3779b97f4a7c15U;
-  x = (x ^ (x >> 30U)) * 0xbf58476d1ce4e5b9U;
-  x = (x ^ (x >> 27U)) * 0x94d049bb133111ebU;
-  return x ^ (x >> 31U);
-}
-
-/// Normal, with standard deviation 1 (Box and Muller 1958).
-double normal(std::uint64_t seed, std::uint64_t place) {
-  const std::uint64_t a = splitmix64(splitmix64(seed) + 2 * place),
-                      b = splitmix64(splitmix64(seed) + 2 * place + 1);
-  const double u = (static_cast<double>(a >> 11U) + 0.5) * 0x1p-53,
-               v = static_cast<double>(b >> 11U) * 0x1p-53;
-  return std::sqrt(-2.0 * std::log(u)) * std::cos(2.0 * std::numbers::pi * v);
-}
 
 /// Keys end in the unit, as everywhere.
 struct AxisKeys {
@@ -117,9 +100,9 @@ void SensorChannel::sample(const Wrench& wrench_S, double period_s) {
     const auto axis = static_cast<Eigen::Index>(i % 3);
     const std::uint64_t place = 12 * samples_ + 2 * i;
     if (axes.drift_per_sqrt_s > 0.0 && samples_ > 0)
-      drift_[i] += axes.drift_per_sqrt_s * std::sqrt(period_s) * normal(p_.seed, place);
+      drift_[i] += axes.drift_per_sqrt_s * std::sqrt(period_s) * seeded_normal(p_.seed, place);
     double raw = (i < 3 ? wrench_S.f : wrench_S.t)[axis] + axes.bias[axis] + drift_[i];
-    if (axes.noise > 0.0) raw += axes.noise * normal(p_.seed, place + 1);
+    if (axes.noise > 0.0) raw += axes.noise * seeded_normal(p_.seed, place + 1);
     filtered_[i] += share * (raw - filtered_[i]);
     double value = filtered_[i] - tare_[i];
     if (axes.range > 0.0 && std::abs(value) >= axes.range) {

@@ -29,6 +29,7 @@ class SignalTable final : public DeviceModel {
   void read_signals(double, const double*, const CellMotion&, std::span<double> signals) const override {
     std::copy_n(values_.begin(), std::min(p_.count, signals.size()), signals.begin());
   }
+  std::span<const double> kept_signals() const override { return std::span(values_).first(p_.count); }
   void save(StateWriter& out) const override { out.put(std::span(values_).first(p_.count)); }
   void load(StateReader& in) override { in.numbers(std::span(values_).first(p_.count), "a signal"); }
 

@@ -110,6 +110,8 @@ HeadlessResult run_headless(Simulation& simulation, const Scenario& scenario, co
       for (const WeakGrip& grip : simulation.events().weak_grips) result.weak_grips.push_back(grip);
       for (const AlternatingForce& force : simulation.events().alternating_forces)
         result.alternating_forces.push_back(force);
+      for (const DeviceMessage& notice : simulation.events().device_messages)
+        result.device_messages.push_back(notice);
       note_grips(simulation, result.grips);
       if (options.contact_extremes && !recorder) {
         simulation.read_contacts(pressing);

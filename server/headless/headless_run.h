@@ -60,6 +60,7 @@ struct HeadlessResult : RunTimes {
   std::vector<CollisionEvent> collisions;  ///< empty without collision checking
   std::vector<WeakGrip> weak_grips;
   std::vector<AlternatingForce> alternating_forces;
+  std::vector<DeviceMessage> device_messages;
   std::vector<GripExtreme> grips;  ///< of each gripper and Part that it gripped at levels of detail 1 and 2
   std::vector<ReportedInstant> report_at;
   bool surface_contact = false;  ///< some process was at level of detail 3 at the end

@@ -34,7 +34,9 @@ void look_at_cell(const CellDescription& cell, const Snapshot& snapshot, render:
   };
   for (const RobotDescription& robot : cell.robots) include(robot.X_WR.p);
   for (std::size_t i = 0; i < cell.components.size(); ++i) {
-    if (cell.components[i].type != ComponentType::gripper) include(snapshot.components[i].p_WB);
+    if (cell.components[i].type != ComponentType::gripper &&
+        snapshot.components[i].state != PartState::parked)
+      include(snapshot.components[i].p_WB);
   }
   if (lower.x() > upper.x()) return;
   camera.target_W = 0.5 * (lower + upper);
@@ -56,6 +58,7 @@ void write_picture(const CellDescription& cell, const Snapshot& snapshot, const 
   }
   render::add_floor(scene, Vec3(camera.target_W.x(), camera.target_W.y(), 0.0), 4.0, 0.25);
   for (std::size_t i = 0; i < cell.components.size(); ++i) {
+    if (snapshot.components[i].state == PartState::parked) continue;
     const render::Mesh mesh = component_mesh(cell.components[i], snapshot.components[i]);
     render::add_edges(scene, mesh, kFeatureAngle_rad, {0.15, 0.15, 0.17}, 1.0);
     scene.meshes.push_back(mesh);

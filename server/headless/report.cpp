@@ -134,6 +134,22 @@ void print_weak_grips(std::ostream& out, const CellDescription& cell, const Head
   }
 }
 
+void print_device_messages(std::ostream& out, const CellDescription& cell, const HeadlessResult& result) {
+  for (const DeviceMessage& notice : result.device_messages)
+    out << std::setprecision(3) << notice.time_s
+        << " s: " << cell.devices[static_cast<std::size_t>(notice.device)].name << ": " << notice.sentence
+        << '\n';
+}
+
+Json device_messages_json(const CellDescription& cell, const HeadlessResult& result) {
+  Json all = Json::array();
+  for (const DeviceMessage& notice : result.device_messages)
+    all.push_back({{"device", cell.devices[static_cast<std::size_t>(notice.device)].name},
+                   {"time", notice.time_s},
+                   {"sentence", notice.sentence}});
+  return all;
+}
+
 Json alternating_forces_json(const CellDescription& cell, const HeadlessResult& result) {
   Json all = Json::array();
   for (const AlternatingForce& force : result.alternating_forces)
@@ -237,6 +253,7 @@ Json report_document(const Scenario& scenario, const CellDescription& cell, cons
   report["collisions"] = collisions_json(cell, result);
   report["grips"] = grips_json(cell, result);
   report["alternating_forces"] = alternating_forces_json(cell, result);
+  if (!result.device_messages.empty()) report["device_messages"] = device_messages_json(cell, result);
   Json instants_reported = Json::array();
   for (const ReportedInstant& reported : result.report_at) {
     Json& item = instants_reported.emplace_back();
@@ -305,6 +322,7 @@ void print_summary(std::ostream& out, const Scenario& scenario, const CellDescri
   }
   if (!cell.checked_bodies.empty()) print_collisions(out, cell, result);
   print_weak_grips(out, cell, result);
+  print_device_messages(out, cell, result);
   print_alternating_forces(out, cell, result);
   print_assertions(out, result.assertions);
   const SolverStatistics& work = result.statistics.solver;

@@ -117,8 +117,13 @@ takt_msgs::msg::DeviceDescription to_message(const DeviceDescription& device) {
   message.robot = device.robot;
   message.mount = to_transform(device.X_FD);
   for (const SignalDescription& signal : device.signals)
-    message.signals.push_back({std::string(signal.name), std::string(signal.unit), signal.commanded,
-                               signal.lower, signal.upper, signal.type});
+    message.signals.push_back({std::string(signal.name),
+                               std::string(signal.unit),
+                               signal.commanded,
+                               signal.lower,
+                               signal.upper,
+                               signal.type,
+                               {}});
   return message;
 }
 
@@ -137,6 +142,9 @@ takt_msgs::msg::CellDescription to_message(const CellDescription& cell, const st
   for (const auto& robot : cell.robots) message.robots.push_back(to_message(robot));
   for (const auto& gripper : cell.grippers) message.grippers.push_back(to_message(gripper));
   for (const auto& device : cell.devices) message.devices.push_back(to_message(device));
+  for (const SignalWire& wire : cell.wires)
+    if (const auto device = static_cast<std::size_t>(wire.to.device); device < cell.devices.size())
+      message.devices[device].signals[static_cast<std::size_t>(wire.to.signal)].wire = wire.text;
   if (std::string fault = Faults::of(kWhole, "", message); !fault.empty()) throw MessageError(fault);
   if (cell.processes.size() > kMaxProcesses)
     throw MessageError("The cell has " + std::to_string(cell.processes.size()) +

@@ -23,6 +23,7 @@ void fill_devices(takt_msgs::msg::CellState& message, const CellDescription& cel
     const DeviceSample& sample = snapshot.devices[i];
     auto& signals = message.devices[i].signals;
     std::copy_n(sample.signals.begin(), signals.size(), signals.begin());
+    message.devices[i].forced = sample.forced;
     auto& applied = message.applied[cell.robots.size() + cell.grippers.size() + i];
     applied.count = sample.commands_applied;
     applied.newest_stamp = to_stamp(std::max(sample.newest_stamp.ns, std::int64_t{0}));
@@ -101,6 +102,7 @@ void fill_machines(takt_msgs::msg::CellState& message, const CellDescription& ce
     gripper.moving = sample.moving;
     gripper.in_position = sample.in_position;
     gripper.part = sample.part;
+    gripper.forced = sample.forced;
     auto& applied = message.applied[cell.robots.size() + i];
     applied.count = sample.commands_applied;
     applied.newest_stamp = to_stamp(std::max(sample.newest_stamp.ns, std::int64_t{0}));

@@ -26,6 +26,12 @@ std::shared_ptr<SharedMesh> import_component_mesh(const std::string& component,
 /// MeshError.
 std::optional<Scenario> placed_at_nodes(const Scenario& scenario, MeshFiles& files);
 
+/// part_pools.cpp: the scenario with the Parts of its pools, at the pose of the first source of their pool; none
+/// without pools.
+std::optional<Scenario> with_pools(const Scenario& scenario);
+/// Fills cell.pools, and parks their Parts in a row far below the cell. After all Parts are in the cell.
+void add_pools(const Scenario& scenario, CellModel& cell);
+
 // dynamics_builder.cpp: the dynamics of each robot, from its drives, power, grippers and trajectory.
 
 /// After all components, robots and grippers are in the cell. Throws ScenarioError with the reason if a robot

@@ -185,6 +185,18 @@ void add_pairs(const Scenario& scenario, const std::vector<ScenarioContactCompon
   const auto first_carries = [&](std::size_t a, std::size_t b) {
     const int stated =
         bases[static_cast<std::size_t>(classes.of[a]) * n + static_cast<std::size_t>(classes.of[b])];
+    const auto is_belt = [&cell](std::size_t c) {
+      const std::vector<int>& belts = cell.contact.belts;
+      return std::find(belts.begin(), belts.end(), static_cast<int>(c)) != belts.end();
+    };
+    // The material of a moving surface passes the elements of the other side.
+    if (const bool of_a = is_belt(a); of_a || is_belt(b)) {
+      if (stated != 0 && (stated > 0) == of_a)
+        throw ScenarioError(scenario.file.string() + ": contact: found the base '" +
+                            cell.components[of_a ? a : b].name +
+                            "', whose surface a conveyor moves; allowed: the part as base of such a pair");
+      return !of_a;
+    }
     if (stated != 0) return stated > 0;
     return first_is_base(*cell.contact.surfaces[a], static_cast<int>(a), *cell.contact.surfaces[b],
                          static_cast<int>(b));

@@ -18,6 +18,7 @@
 #include "server/scenario/scenario_assertions.h"
 #include "server/scenario/scenario_contact.h"
 #include "server/scenario/scenario_dynamics.h"
+#include "server/scenario/wires.h"
 #include "server/simulation/model/cell_model.h"
 #include "server/simulation/model/solver.h"
 
@@ -57,6 +58,15 @@ struct ScenarioPart {
     return nullptr;
   }
 };
+
+/// Identical Parts that sources bring into the cell and sinks take out of it (server/devices/part_flow.h).
+struct ScenarioPool {
+  std::string name;
+  int count = 0;      ///< of Parts, NAME_1 to NAME_count
+  ScenarioPart part;  ///< each of them; without pose, twist and devices
+  std::string part_name(int number) const { return name + "_" + std::to_string(number); }
+};
+inline constexpr int kMaxPool = 10000;
 
 struct ScenarioGround {
   std::string name;
@@ -201,12 +211,14 @@ struct Scenario {
   /// Of the convex shapes of a component, as a share; a larger one is reported.
   double max_volume_error = 0.05;
   std::vector<ScenarioPart> parts;
+  std::vector<ScenarioPool> pools;
   std::vector<std::string> deleted;  ///< by request: Parts that the file has, and its rules may name
   std::vector<ScenarioGround> grounds;
   std::vector<ScenarioRobot> robots;
   std::vector<ScenarioGripper> grippers;
   /// Of kinds that belong to the cell, by kind in the order of device_types().
   std::vector<StatedDevice> devices;
+  std::vector<ScenarioWire> wires;
   ScenarioSleeping sleeping;
   ScenarioContact contact;
   ScenarioCollisionChecking collision_checking;

@@ -177,8 +177,9 @@ void add_gripper(const Scenario& scenario, const ScenarioGripper& gripper, Impor
   cell.description.grippers.push_back(description);
 }
 
-void add_devices(const Scenario& scenario, const SharedMeshes& meshes, CellModel& cell) {
+void add_devices(const Scenario& scenario, const SharedMeshes& meshes, FmuOpener* fmus, CellModel& cell) {
   DeviceBuilder b(meshes, scenario.temperature_degC, cell);
+  b.fmus = fmus;
   for (const DeviceType& type : device_types()) {
     b.type = type.key;
     for (const ScenarioPart& part : scenario.parts) {
@@ -196,6 +197,7 @@ void add_devices(const Scenario& scenario, const SharedMeshes& meshes, CellModel
       type.build(device.section, b);
     }
   }
+  for (const auto& finish : b.when_built) finish();
 }
 
 /// Checks the step of levels 1 and 2 against its known limit. Skipped for a cell that begins with contact,
@@ -212,8 +214,9 @@ void check_step(const Scenario& scenario, CellModel& cell) {
 
 std::shared_ptr<const CellModel> build_cell(const Scenario& stated, const ImportOptions& options) {
   MeshFiles files;
-  const std::optional<Scenario> placed = placed_at_nodes(stated, files);
-  const Scenario& scenario = placed ? *placed : stated;
+  const std::optional<Scenario> filled = with_pools(stated);
+  const std::optional<Scenario> placed = placed_at_nodes(filled ? *filled : stated, files);
+  const Scenario& scenario = placed ? *placed : filled ? *filled : stated;
   auto cell = std::make_shared<CellModel>();
   cell->description.scenario = scenario.name;
   cell->description.step_s = cell->step_s = scenario.step_s;
@@ -237,6 +240,7 @@ std::shared_ptr<const CellModel> build_cell(const Scenario& stated, const Import
   Import import{MeshLibrary(files), ConvexImporter(scenario, options, files, *cell), {}};
   const SharedMeshes& meshes = import.meshes;
   for (const ScenarioPart& part : scenario.parts) add_part(scenario, part, import, *cell);
+  add_pools(scenario, *cell);
   for (const ScenarioGround& ground : scenario.grounds) add_ground(scenario, ground, import, *cell);
   std::vector<UrdfArm> arms;
   for (const ScenarioRobot& robot : scenario.robots) {
@@ -247,7 +251,8 @@ std::shared_ptr<const CellModel> build_cell(const Scenario& stated, const Import
   note_units(scenario, *cell);
   add_world_bounds(scenario, *cell);
   add_dynamics(scenario, arms, *cell);
-  add_devices(scenario, meshes, *cell);
+  add_devices(scenario, meshes, options.fmus, *cell);
+  add_wires(scenario.wires, cell->description);
   cell->pairs = generate_pairs(cell->components);
   add_grip_friction(scenario, *cell);
   add_contact(scenario, meshes, *cell);

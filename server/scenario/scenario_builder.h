@@ -19,6 +19,7 @@ struct ImportOptions {
   /// Called during long work (a decomposition that is not in the cache): component, and the finished share,
   /// from 0 to 1.
   std::function<void(const std::string&, double)> progress{};
+  FmuOpener* fmus = nullptr;  ///< none: scenarios with FMUs are refused
 };
 
 /// Throws ScenarioError (naming the scenario's key), MeshError or UrdfError (naming file and place).

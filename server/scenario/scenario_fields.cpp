@@ -46,7 +46,7 @@ void convex(Fields& f, ConvexSource& s) {
 }
 
 template <class Item>
-void common_fields(Fields& f, Item& s) {
+void mesh_fields(Fields& f, Item& s) {
   f.field(
       "mesh", s.mesh, f.mesh(),
       "Closed mesh (OBJ, STL, GLB) in the frame of the component, m. FILE.glb#NODE is a node of a GLB file "
@@ -54,6 +54,11 @@ void common_fields(Fields& f, Item& s) {
       kRequired);
   f.field("mesh_scale", s.mesh_scale, kScale, "Factor for the coordinates of the mesh, e.g. 0.001 for mm.");
   convex(f, s.convex);
+}
+
+template <class Item>
+void common_fields(Fields& f, Item& s) {
+  mesh_fields(f, s);
   f.pose("pose", s.X_WB, "Pose of the component in the world; of a part: at the start.");
   f.field(
       "at_node", s.at_node, Flag{},
@@ -62,6 +67,33 @@ void common_fields(Fields& f, Item& s) {
   f.check(!s.at_node || !split_mesh_path(s.mesh).node.empty(), "at_node", "true",
           "only with a mesh FILE.glb#NODE");
   f.field("color", s.color, Color{}, "Red, green, blue, and alpha.", kNotInModel);
+}
+
+void mass_fields(Fields& f, ScenarioPart& s) {
+  f.field("mass_kg", s.mass_kg, positive("kg"), "Mass.", kRequired);
+  f.field("hierarchy", s.hierarchy, WholeRange{kMinHierarchy, kMaxHierarchy},
+          "Place in the assembly: a part rests on, or sits in, parts of higher numbers.", kRequired);
+}
+
+void spring_fields(Fields& f, ScenarioPart& s) {
+  f.field("center_of_mass_m", s.center_of_mass_m, vector3("m"),
+          "Centre of mass; without it: that of the mesh at uniform density.");
+  f.field("inertia_kg_m2", s.inertia_kg_m2, InertiaTensor{},
+          "Inertia about the centre of mass: xx, yy, zz, xy, xz, yz; without it: that of the mesh at uniform "
+          "density.");
+  f.together("center_of_mass_m", "inertia_kg_m2");
+  f.section("holding_spring",
+            "Spring and damper between the part and its holder, at levels of detail 1 and 2.", [&] {
+              f.field("allowed_position_error_m", s.allowed_position_error_m, positive("m"),
+                      "Sag of the spring under the weight of the part: stiffness = m g / error; without it: "
+                      "that of `interaction`.");
+              f.field("damping_ratio", s.damping_ratio, kScale,
+                      "Damping over critical damping; without it: that of `interaction`.");
+              f.field("rotational_stiffness_N_m_per_rad", s.rotational_stiffness_N_m_per_rad,
+                      positive("N m/rad"), "Stiffness against rotation; without it: by inertia.");
+              f.field("rotational_damping_N_m_s_per_rad", s.rotational_damping_N_m_s_per_rad,
+                      positive("N m s/rad"), "Damping against rotation; without it: by inertia.");
+            });
 }
 
 }  // namespace
@@ -93,32 +125,23 @@ void describe(Fields& f, ConvexSource& s) {
 
 void describe(Fields& f, ScenarioPart& s) {
   common_fields(f, s);
-  f.field("mass_kg", s.mass_kg, positive("kg"), "Mass.", kRequired);
-  f.field("hierarchy", s.hierarchy, WholeRange{kMinHierarchy, kMaxHierarchy},
-          "Place in the assembly: a part rests on, or sits in, parts of higher numbers.", kRequired);
+  mass_fields(f, s);
   f.section("twist", "Velocity at the start, of the origin of the part, in axes of the world.", [&] {
     f.field("velocity_m_per_s", s.V_WB.v, vector3("m/s"), "Linear velocity.");
     f.field("angular_velocity_rad_per_s", s.V_WB.w, vector3("rad/s"), "Angular velocity.");
   });
-  f.field("center_of_mass_m", s.center_of_mass_m, vector3("m"),
-          "Centre of mass; without it: that of the mesh at uniform density.");
-  f.field("inertia_kg_m2", s.inertia_kg_m2, InertiaTensor{},
-          "Inertia about the centre of mass: xx, yy, zz, xy, xz, yz; without it: that of the mesh at uniform "
-          "density.");
-  f.together("center_of_mass_m", "inertia_kg_m2");
-  f.section("holding_spring",
-            "Spring and damper between the part and its holder, at levels of detail 1 and 2.", [&] {
-              f.field("allowed_position_error_m", s.allowed_position_error_m, positive("m"),
-                      "Sag of the spring under the weight of the part: stiffness = m g / error; without it: "
-                      "that of `interaction`.");
-              f.field("damping_ratio", s.damping_ratio, kScale,
-                      "Damping over critical damping; without it: that of `interaction`.");
-              f.field("rotational_stiffness_N_m_per_rad", s.rotational_stiffness_N_m_per_rad,
-                      positive("N m/rad"), "Stiffness against rotation; without it: by inertia.");
-              f.field("rotational_damping_N_m_s_per_rad", s.rotational_damping_N_m_s_per_rad,
-                      positive("N m s/rad"), "Damping against rotation; without it: by inertia.");
-            });
+  spring_fields(f, s);
   describe_part_devices(f, s.name, s.devices);
+}
+
+void describe(Fields& f, ScenarioPool& s) {
+  f.field("count", s.count, WholeRange{1, kMaxPool},
+          "Number of parts; their names are NAME_1, NAME_2 and so on.", kRequired);
+  mesh_fields(f, s.part);
+  f.field("color", s.part.color, Color{}, "Red, green, blue, and alpha.", kNotInModel);
+  mass_fields(f, s.part);
+  spring_fields(f, s.part);
+  for (int i = 1; f.reading() && i <= s.count; ++i) f.add_name("parts", s.part_name(i));
 }
 
 void describe(Fields& f, ScenarioGround& s) {
@@ -382,12 +405,18 @@ void describe(Fields& f, Scenario& s) {
   f.section("sleeping", "Parts at rest.", [&] { describe_sleeping(f, s.sleeping); });
   f.entries("parts", s.parts, "The parts that are assembled.", "A rigid body that moves freely.",
             kNamesTopics);
+  f.entries("pools", s.pools, "Identical parts that sources bring into the cell and sinks take out of it.",
+            "Parts of one kind; parked, outside of the cell, at the start.", kNamesTopics);
   f.entries("grounds", s.grounds, "Bodies that stand still.", "A body that never moves.", kNamesTopics);
   f.entries("robots", s.robots, "Robot arms, and other machines with joints.",
             "A chain of joints from a URDF file.", kNamesTopics);
   f.entries("grippers", s.grippers, "Parallel grippers.", "A parallel gripper on the flange of a robot.",
             kNamesTopics);
   describe_devices(f, s.devices);
+  f.field(
+      "wires", s.wires, WireRule{},
+      "Inputs that follow other signals, e.g. Gripper1.close: not Barrier1.clear. A wired input cannot be "
+      "commanded.");
   f.entries("processes", s.processes,
             "Groups of components with a level of detail; without any: all, at level 1.", "One group.");
   s.contact.given = s.contact.given || f.has("contact");

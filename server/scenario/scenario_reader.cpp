@@ -73,9 +73,9 @@ void check_names(const Fields& f, const Scenario& scenario) {
   const auto check = [&](const std::string& group, const std::string& name) {
     f.check(is_scenario_name(name), group, "the name '" + name + "'", kAllowedScenarioNames);
     f.check(names.insert(name).second, group, "the name '" + name + "' again",
-            "names that are unique among parts, grounds, robots, grippers and devices");
+            "names that are unique among parts, pools, grounds, robots, grippers and devices");
   };
-  for (const std::string group : {"parts", "grounds", "robots", "grippers"})
+  for (const std::string group : {"parts", "pools", "grounds", "robots", "grippers"})
     for (const auto& [section, name] : f.names())
       if (section == group) check(group, name);
   for (const ScenarioProcess& process : scenario.processes)

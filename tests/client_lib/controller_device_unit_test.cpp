@@ -87,5 +87,17 @@ TEST(ControllerParameters, ParametersReplaceTheDefaultsOfAProgram) {
               HasSubstr("the program has no parameter 'ofset_m'; it has offset_m"));
 }
 
+TEST(ControllerGrippers, OneThatIsLeftToAnotherControllerIsNotCommanded) {
+  const CellDescription cell = cell_with_oven();
+  const std::string leave = "leave_gripper('" + cell.grippers[0].name + "')\n";
+  const ProgramFile program(leave + "routine('Robot1', function(r) r:wait(1) end)");
+  Controller controller(program.path(), cell);
+  EXPECT_THAT(controller.driven_robots(), ElementsAre(0));
+  EXPECT_TRUE(controller.driven_grippers().empty());
+  EXPECT_THAT(device_error_of(leave + "routine('Robot1', function(r) r.gripper:close() end)"),
+              HasSubstr("has left this gripper to another controller"));
+  EXPECT_THAT(device_error_of("leave_gripper('Hand')"), HasSubstr("the cell has no gripper 'Hand'"));
+}
+
 }  // namespace
 }  // namespace takt::controller

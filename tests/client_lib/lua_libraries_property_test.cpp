@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "client_lib/controller/lua_sandbox.h"
+#include "idl/lua/lua_sandbox.h"
 #include "tests/support/effort.h"
 
 namespace takt::controller {

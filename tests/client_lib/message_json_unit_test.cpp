@@ -81,8 +81,10 @@ TEST(MessageJson, ListsWithAKeyAndOtherListsNeedNoDescription) {
   contacts.contacts[0].target = 1;
   EXPECT_EQ(message_json(contacts, named_lists(small_cell()))["contacts"][0]["target"], "Jaw");
   const json cell = message_json(small_cell(), {});
-  EXPECT_EQ(cell["devices"]["Oven"]["signals"]["door"],
-            json::parse(R"({"unit": "", "commanded": true, "lower": 0.0, "upper": 1.0})"));
+  EXPECT_EQ(
+      cell["devices"]["Oven"]["signals"]["door"],
+      json::parse(
+          R"({"unit": "", "commanded": true, "lower": 0.0, "upper": 1.0, "type": "real", "wire": ""})"));
 }
 
 std::string sample_of(const auto& message) {

@@ -94,9 +94,10 @@ TEST_P(WrittenScenario, IsTheSameModelAtEveryLevel) {
 
 std::vector<std::filesystem::path> shipped() {
   std::vector<std::filesystem::path> files;
-  for (const auto& entry :
-       std::filesystem::recursive_directory_iterator(std::filesystem::path(TAKT_CONFIG_DIR) / "scenarios"))
-    if (entry.path().extension() == ".yaml") files.push_back(entry.path());
+  for (const char* folder : {"scenarios", "devices"})
+    for (const auto& entry :
+         std::filesystem::recursive_directory_iterator(std::filesystem::path(TAKT_CONFIG_DIR) / folder))
+      if (entry.path().extension() == ".yaml") files.push_back(entry.path());
   return files;
 }
 

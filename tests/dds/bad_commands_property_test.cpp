@@ -378,7 +378,12 @@ class BadCommands : public testing::Test {
       ASSERT_EQ(code, "") << verdict.message;
       ++good_;
       newest = std::max(newest, stamp);
-      twin_commands_[target] = meaning(generator_, index, message);
+      const Command command = meaning(generator_, index, message);
+      if (const auto* signals = std::get_if<DeviceCommand>(&command))
+        for (int i = 0; i < signals->count; ++i)
+          twin_signals_[signals->signals[static_cast<std::size_t>(i)]] =
+              signals->values[static_cast<std::size_t>(i)];
+      twin_commands_[target] = command;
     } else {
       ASSERT_TRUE(codes.contains(code)) << '\'' << code << "' " << verdict.message.substr(0, 200)
                                         << "; what is wrong: " << testing::PrintToString(codes);
@@ -416,7 +421,17 @@ class BadCommands : public testing::Test {
   void step_both() {
     const std::uint64_t step = twin_.step_index() + 1;
     std::vector<Command> batch;
-    for (auto& [target, command] : twin_commands_) batch.push_back(std::move(command));
+    for (auto& [target, command] : twin_commands_) {
+      if (auto* signals = std::get_if<DeviceCommand>(&command)) {
+        signals->count = 0;
+        for (const auto& [signal, value] : twin_signals_) {
+          const auto place = static_cast<std::size_t>(signals->count++);
+          signals->signals[place] = signal, signals->values[place] = value;
+        }
+        twin_signals_.clear();
+      }
+      batch.push_back(std::move(command));
+    }
     twin_commands_.clear();
     ASSERT_TRUE(twin_.step(batch)) << twin_.fault();
     reader_.submit("step", {{"steps", "1"}});
@@ -430,8 +445,9 @@ class BadCommands : public testing::Test {
   RunLoop loop_{simulation_, paused()};
   test::LoopReader reader_{loop_};
   Generator generator_{loop_.cell()};
-  std::map<int, Command> twin_commands_;  ///< the newest by target
-  std::map<int, SimTime> newest_;         ///< stamp by target
+  std::map<int, Command> twin_commands_;         ///< the newest by target
+  std::map<std::uint8_t, double> twin_signals_;  ///< of the device: the newest by signal
+  std::map<int, SimTime> newest_;                ///< stamp by target
   std::size_t good_ = 0;
   std::map<std::string, std::size_t> rejected_;
 

@@ -8,8 +8,9 @@ export LC_ALL=C
 
 existing() { for folder in "$@"; do [[ -e $folder ]] && printf '%s\n' "$folder"; done; true; }
 mapfile -t rooms < <(existing plant_models server client_lib idl config tests)
-mapfile -t sources < <(find "${rooms[@]}" -type f \( -name '*.h' -o -name '*.cpp' \) | sort)
-mapfile -t texts < <(find . \( -name .git -o -path ./build -o -name .cache \) -prune -o -type f -print | sed 's|^\./||' |
+# The headers of the FMI standard are as they were published.
+mapfile -t sources < <(find "${rooms[@]}" -type f \( -name '*.h' -o -name '*.cpp' \) ! -path 'server/fmu/standard/*' | sort)
+mapfile -t texts < <(find . \( -name .git -o -path ./build -o -path ./server/fmu/standard -o -name .cache \) -prune -o -type f -print | sed 's|^\./||' |
   grep -Ev '\.(png|stl|STL|glb|obj|csv|json|svg)$' | sort)
 mapfile -t documents < <(printf '%s\n' "${texts[@]}" | grep -E '^(docs/.*|config/.*|README)\.md$' || true)
 listed=$(printf '%s\n' "${documents[@]}")

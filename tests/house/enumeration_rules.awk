@@ -5,7 +5,7 @@ FILENAME ~ /takt_enumerations\.idl$/ {
   sub(/\/\/.*/, "")
   if (/^(@[^ ]* )*enum /) { enumeration = $0; sub(/.*enum /, "", enumeration); sub(/ .*/, "", enumeration); next }
   gsub(/@value\([0-9]+\)|[ ,]/, "")
-  if (enumeration !~ /^(|ValueKind|SignalType|ControlResult)$/ && /^[a-z_]+$/) words[$0] = words[$0] " " enumeration
+  if (enumeration !~ /^(|ValueKind|SignalType|GripperSignal|ControlResult)$/ && /^[a-z_]+$/) words[$0] = words[$0] " " enumeration
   if (/^}/) enumeration = ""
   next
 }

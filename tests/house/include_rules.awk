@@ -15,14 +15,15 @@ BEGIN {
                 "server/geometry/mesh/ server/geometry/convex/ server/geometry/surface/ server/geometry/ server/components/ " \
                 "server/contact/collision/ server/contact/holding/ server/contact/clearance/ server/contact/surface/ server/contact/ " \
                 "server/simulation/model/ server/simulation/solver/ server/simulation/step/ server/fields/ server/devices/ server/scenario/ " \
-                "server/runtime/requests/ server/runtime/recording/ server/runtime/loop/ server/runtime/host/ server/runtime/ " \
-                "server/messages/ server/dds/ server/headless/ server/tools/ server/server_main.cpp client_lib/kinematics/ client_lib/controller/ " \
+                "server/fmu/ server/tools/takt_fmu_host/ server/runtime/requests/ server/runtime/recording/ server/runtime/loop/ server/runtime/host/ server/runtime/ " \
+                "server/messages/ server/dds/ server/headless/ server/fmu_export/ server/tools/ server/server_main.cpp client_lib/kinematics/ client_lib/controller/ " \
                 "client_lib/render/ client_lib/recording/ client_lib/gateway/rtde/ client_lib/gateway/urscript/ client_lib/gateway/rsi/ " \
-                "client_lib/gateway/egm/ client_lib/gateway/ " \
-                "client_lib/tools/ client_lib/ idl/command_line/ idl/ config/", room, " ")
+                "client_lib/gateway/egm/ client_lib/gateway/modbus/ client_lib/gateway/ " \
+                "client_lib/tools/ client_lib/ idl/command_line/ idl/lua/ idl/ config/", room, " ")
   plant = "plant_models/ idl/common/"
   may["plant_models/"] = "plant_models/"
   may["idl/common/"] = "idl/common/ GENERATED"
+  may["idl/lua/"] = "idl/common/ idl/lua/"  # the sandbox: of controller programs and of devices
   may["idl/vocabulary/"] = "idl/common/ idl/vocabulary/ GENERATED"
 
   # Shapes. Files in the folder itself serve all of its rooms.
@@ -53,9 +54,13 @@ BEGIN {
 
   # Tables of fields know values and YAML, no section; devices are described by them, and by the simulation.
   may["server/fields/"] = plant " server/fields/"
-  may["server/devices/"] = simulation " server/fields/ server/devices/"
+  may["server/devices/"] = simulation " server/fields/ server/devices/ idl/lua/"
   scenario = simulation " server/fields/ server/devices/ server/scenario/"
   may["server/scenario/"] = scenario
+
+  # FMUs behind the interface that devices know; their process has nothing of takt but the protocol.
+  may["server/fmu/"] = simulation " server/fields/ server/devices/ server/fmu/"
+  may["server/tools/takt_fmu_host/"] = plant " server/fmu/fmu_wire.h server/fmu/model_description.h server/tools/takt_fmu_host/"
 
   # The service around the core: requests and events, what is kept on disk, the loop of one scenario, its host.
   waits = "server/runtime/pacer.h server/runtime/monotonic_clock.h server/runtime/auto_reset_event.h"
@@ -70,10 +75,11 @@ BEGIN {
   may["server/messages/"] = plant described " server/runtime/requests/ server/runtime/loop/loop_output.h server/messages/ GENERATED"
   may["server/dds/"] = plant described " server/simulation/model/command.h server/runtime/ server/messages/ server/dds/ idl/transport/ idl/ GENERATED"
   may["server/headless/"] = scenario " server/messages/ server/headless/ client_lib/controller/ client_lib/render/ client_lib/recording/ GENERATED"
+  may["server/fmu_export/"] = "server/fmu/fmu_archive.h server/fmu_export/ " may["server/headless/"]
   may["server/server_main.cpp"] = "plant_models/ server/ idl/"
-  may["server/tools/"] = "server/runtime/ server/tools/ idl/command_line/ " may["server/headless/"]
+  may["server/tools/"] = "server/fmu/ server/fmu_export/ server/runtime/ server/tools/ idl/command_line/ " may["server/headless/"]
   may["client_lib/kinematics/"] = plant " client_lib/kinematics/ GENERATED"
-  may["client_lib/controller/"] = plant " client_lib/kinematics/ client_lib/controller/ GENERATED"
+  may["client_lib/controller/"] = plant " idl/lua/ client_lib/kinematics/ client_lib/controller/ GENERATED"
   may["client_lib/render/"] = plant " client_lib/render/"
   may["client_lib/recording/"] = "idl/common/ client_lib/recording/ GENERATED"
   # Coders of protocols are functions on bytes; the gateways around them are clients with a mapping file.
@@ -82,6 +88,7 @@ BEGIN {
   units = plant " client_lib/kinematics/ client_lib/gateway/vendor_units.h client_lib/gateway/peer_clock.h"
   may["client_lib/gateway/rsi/"] = units " client_lib/gateway/rsi/"
   may["client_lib/gateway/egm/"] = units " client_lib/gateway/egm/"
+  may["client_lib/gateway/modbus/"] = "client_lib/gateway/modbus/ idl/common/"
   may["client_lib/"] = plant " client_lib/ idl/transport/ idl/ GENERATED"
   may["client_lib/gateway/"] = "server/fields/ " may["client_lib/"]
   # takt check reads a section of scenario files; gateways read their mapping files by the same tables.
@@ -92,8 +99,8 @@ BEGIN {
   may["config/"] = plant " config/"
 
   core = "plant_models/ server/geometry/ server/components/ server/contact/ server/simulation/ server/fields/ server/devices/ server/scenario/"
-  timeless = core " idl/common/ client_lib/kinematics/ client_lib/controller/ client_lib/render/ client_lib/recording/ " \
-             "client_lib/gateway/rtde/ client_lib/gateway/urscript/ client_lib/gateway/rsi/ client_lib/gateway/egm/ config/"
+  timeless = core " idl/common/ idl/lua/ client_lib/kinematics/ client_lib/controller/ client_lib/render/ client_lib/recording/ " \
+             "client_lib/gateway/rtde/ client_lib/gateway/urscript/ client_lib/gateway/rsi/ client_lib/gateway/egm/ client_lib/gateway/modbus/ config/"
   clocks_and_threads = " chrono ctime time.h sys/time.h thread mutex shared_mutex condition_variable future semaphore " \
                        "latch barrier stop_token pthread.h "
 
@@ -107,10 +114,12 @@ BEGIN {
   library("V-HACD", "VHACD.h", "server/geometry/", "server/", 1)
   library("FCL", "fcl/", "server/geometry/ tests/", "server/", 1)
   library("SUNDIALS", "cvode/ arkode/ ida/ sundials/ sunlinsol/ sunmatrix/ sunnonlinsol/ nvector/", "server/simulation/", "server/", 1)
-  library("tinyxml2", "tinyxml2.h", "server/scenario/ client_lib/gateway/rsi/", "server/", 1)
+  library("tinyxml2", "tinyxml2.h", "server/scenario/ server/fmu/ client_lib/gateway/rsi/", "server/", 2)
+  library("minizip", "minizip/", "server/fmu/ server/fmu_export/ tests/", "server/", 2)
+  library("OpenSSL", "openssl/", "server/fmu/ idl/transport/", "server/", 1)
   library("utf8cpp", "utf8cpp/", "idl/common/", "", 0)
-  library("yaml-cpp", "yaml-cpp/", "server/fields/ server/scenario/ client_lib/recording/ tests/", "", 0)
-  library("Lua", "lua.h lua.hpp lauxlib.h lualib.h", "client_lib/controller/ tests/", "", 0)
+  library("yaml-cpp", "yaml-cpp/", "server/fields/ server/scenario/ server/fmu_export/ client_lib/recording/ tests/", "", 0)
+  library("Lua", "lua.h lua.hpp lauxlib.h lualib.h", "idl/lua/ client_lib/controller/ server/devices/ tests/", "", 0)
   library("libpng", "png.h", "client_lib/render/ tests/", "", 0)
   library("CLI11", "CLI/", "server/server_main.cpp server/tools/ idl/command_line/ client_lib/tools/ client_lib/examples/ config/ tests/", "", 0)
   library("pybind11", "pybind11/", "client_lib/python/", "", 0)

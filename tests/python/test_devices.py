@@ -133,5 +133,6 @@ def test_a_recording_of_takt_run_has_the_same_description(scenario, cell, tmp_pa
     descriptions = [line["sample"] for line in map(json.loads, lines) if line["topic"].endswith("/description")]
     oven = descriptions[0]["devices"]["Oven"]
     signals = cell.info.devices["Oven"].signals
-    assert oven["signals"] == {s.name: {"unit": s.unit, "commanded": s.commanded, "lower": s.lower, "upper": s.upper}
+    assert oven["signals"] == {s.name: {"unit": s.unit, "commanded": s.commanded, "lower": s.lower, "upper": s.upper,
+                                        "type": s.type.name, "wire": s.wire}
                                for s in signals}

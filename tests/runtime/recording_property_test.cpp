@@ -90,7 +90,7 @@ std::uint64_t random_run(const std::shared_ptr<const CellModel>& model, LogRecor
     if (from_the_middle && i == actions / 2) {
       EXPECT_TRUE(loop.between_steps([&] { begin(false); }));
     }
-    switch (below(11)) {
+    switch (below(13)) {
       case 0:
         reader.request("attach", {{"part", "P"}, {"to", below(2) == 0 ? "Gripper1" : "C"}});
         break;
@@ -117,6 +117,14 @@ std::uint64_t random_run(const std::shared_ptr<const CellModel>& model, LogRecor
         if (!saved.bytes.empty()) {
           EXPECT_TRUE(loop.between_steps([&] { EXPECT_EQ(loop.restore(saved.bytes), ""); }));
         }
+        break;
+      case 11:
+        reader.request("force_signal",
+                       {{"signal", below(2) == 0 ? "Gripper1.close" : "Gripper2.part_present"},
+                        {"value", below(2) == 0 ? "1" : "0"}});
+        break;
+      case 12:
+        reader.request("release_signal", {{"signal", "all"}});
         break;
       case 8: {
         if (simulation.description().devices.empty()) break;
@@ -172,10 +180,10 @@ TEST(Recording, RandomCommandsAndRequestsAreReplayedWithTheSameBits) {
     std::uint64_t hash = 0;
     {
       LogRecorder recorder(file, options(seed % 2 == 0 ? 100 : 1));
-      hash = random_run(model, &recorder, seed, 60, from_the_middle);
+      hash = random_run(model, &recorder, seed, 90, from_the_middle);
       EXPECT_FALSE(recorder.failed()) << recorder.failure();
     }
-    EXPECT_EQ(random_run(model, nullptr, seed, 60, from_the_middle), hash) << "recording changes nothing";
+    EXPECT_EQ(random_run(model, nullptr, seed, 90, from_the_middle), hash) << "recording changes nothing";
     const ReplayResult result = replay_of(file, model);
     EXPECT_EQ(result.difference, "") << seed;
     EXPECT_EQ(result.early_end, "");

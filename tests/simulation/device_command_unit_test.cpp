@@ -43,6 +43,17 @@ TEST_F(Device, EveryFaultHasItsCodeAndSentence) {
   EXPECT_THAT(range.message, HasSubstr("'set_point' of Chamber is 301 C, outside [20, 300] C"));
 }
 
+TEST_F(Device, ALaterCommandKeepsTheSignalsThatItDoesNotName) {
+  const auto earlier = std::get<DeviceCommand>(good({"lamp", "set_point"}, {1.0, 120.0}));
+  auto newer = std::get<DeviceCommand>(good({"set_point"}, {80.0}));
+  add_other_signals(earlier, newer);
+  ASSERT_EQ(newer.count, 2);
+  EXPECT_EQ(newer.signals[0], 0U);
+  EXPECT_EQ(newer.values[0], 80.0);
+  EXPECT_EQ(newer.signals[1], 1U);
+  EXPECT_EQ(newer.values[1], 1.0);
+}
+
 TEST_F(Device, CommandsReachTheModelAndSignalsTheSnapshot) {
   for (const char* solver : {"rk2", "implicit", "cvode"}) {
     model_->solver.name = solver;

@@ -334,8 +334,8 @@ TEST(VelocitySystem, TheMatrixKnowsThatContactForcesMoveWithTheirBodies) {
   system.update_motion(0.0, x);
   contacts.update(system.motion(), model->step_s);
   VelocitySystem linear(system);
-  // Found: 1e-3 and less; without the levers of the forces 0.08 to 0.9.
-  for (const double a : {1e4, 1e3, 1e2}) EXPECT_LT(error_of_solve(system, linear, 0.0, x, a, 1.0), 5e-3) << a;
+  // Found: 2e-3 and less; without the levers of the forces 5e-3 to 0.018.
+  for (const double a : {1e4, 1e3, 1e2}) EXPECT_LT(error_of_solve(system, linear, 0.0, x, a, 1.0), 3e-3) << a;
   EXPECT_EQ(linear.pairs().size(), 2U);
 }
 

@@ -106,6 +106,7 @@ int list(const Common& common);
 int echo(const Common& common, const EchoOptions& options);
 int status(const Common& common);
 int state(const Common& common);
+int signals(const Common& common);
 int explain(const Common& common, const std::string& part);
 int watch(const Common& common, const WatchOptions& options);
 int events(const Common& common, const EventsOptions& options);

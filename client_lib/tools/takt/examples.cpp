@@ -21,6 +21,10 @@ const std::map<std::string, std::string>& examples() {
        "  takt state\n"
        "  takt state --json | jq '.components.P.position'\n"
        "  takt state --json | jq '.devices.Furnace | .signals.temperature, .units.temperature, .limits'"},
+      {"signals",
+       "  takt signals                       all inputs and outputs\n"
+       "  takt signals --json | jq '.[] | select(.forced)'\n"
+       "  takt request force_signal Barrier1.blocked 1; takt request release_signal all"},
       {"explain",
        "  takt explain P                     what holds P, by which rule, since when\n"
        "  takt explain Gripper1 --json       what Gripper1 holds"},

@@ -86,6 +86,8 @@ int run(int argc, char** argv) {
   add("status", "how the cell is doing", [&] { return takt::tool::status(common); });
   add("state", "pose and holder of every component; joints, jaws, signals of devices",
       [&] { return takt::tool::state(common); });
+  add("signals", "every signal by its name: value, unit, direction, whether it is forced, its wire",
+      [&] { return takt::tool::signals(common); });
 
   std::string part;
   add("explain", "why a Part is held as it is (or what a Gripper or Ground holds)",

@@ -166,6 +166,7 @@ export class Cell {
       const {position: p, orientation: q, force: f} = sample;
       const last = component.mesh.position.clone();
       component.mesh.position.set(p.x, p.y, p.z);
+      component.mesh.visible = sample.state !== PartState.parked;
       component.mesh.quaternion.set(q.x, q.y, q.z, q.w);
       if (options.follow === component.mesh.name && this.shown) {
         const moved = component.mesh.position.clone().sub(last);

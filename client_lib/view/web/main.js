@@ -1,5 +1,5 @@
 import {Cell, STATES, STATE_COLORS, OPEN, CLOSED, GRIPS, FORCE, CONTACT, HOLDS, colorOf} from './cell.js';
-import {ComponentType, Pace, Severity, SimulationState, messages, nameOf} from './messages.js';
+import {ComponentType, Pace, PartState, Severity, SimulationState, messages, nameOf} from './messages.js';
 import {Link} from './link.js';
 import {Plots} from './plots.js';
 import {Signals} from './signals.js';
@@ -230,7 +230,7 @@ function rows() {
 function graph() {
   const {description} = signals, {state} = last;
   if (!description || !state) return;
-  const parts = description.components.map((component, i) => ({...state.components[i], name: component.name, type: component.type, i})).filter(({type}) => type === ComponentType.part);
+  const parts = description.components.map((component, i) => ({...state.components[i], name: component.name, type: component.type, i})).filter(({type, state: s}) => type === ComponentType.part && s !== PartState.parked);
   const key = parts.map(({partner, state: s}) => `${partner}:${s}`).join();
   if ($('graph').dataset.key === key) return;
   $('graph').dataset.key = key;

@@ -14,15 +14,16 @@ constexpr double kRested_m = 1e-7;
 /// More than can lie around a Part.
 constexpr std::size_t kNeighbours = 64;
 
-/// Of the convex shapes of two components that touch: the pair that overlaps deepest. Does not allocate.
-ConvexDistance deepest(const CollisionWorld& world, int a, int b) {
+/// Of the convex shapes of two components that touch: the pair that overlaps deepest, or, within a margin, is nearest. Does not
+/// allocate.
+ConvexDistance deepest(const CollisionWorld& world, int a, int b, double margin_m = 0.0) {
   ConvexDistance result;
   result.distance = 1.0;
   for (const ConvexShape& shape_a : world.shapes(a)) {
-    const Aabb box_a = shape_a.box.at(world.pose(a), 0.0);
+    const Aabb box_a = shape_a.box.at(world.pose(a), margin_m);
     if (!box_a.overlaps(world.aabb(b))) continue;
     for (const ConvexShape& shape_b : world.shapes(b)) {
-      if (!shape_b.box.at(world.pose(b), 0.0).overlaps(box_a)) continue;
+      if (!shape_b.box.at(world.pose(b), margin_m).overlaps(box_a)) continue;
       const ConvexDistance found = convex_distance(shape_a, world.pose(a), shape_b, world.pose(b));
       if (found.distance < result.distance) result = found;
     }
@@ -151,7 +152,7 @@ void ComponentInteraction::update_poses(const CellMotion& motion, Clock clock) {
 
 void ComponentInteraction::update_connections(const CellMotion& motion, std::span<const GraspState> grasps,
                                               Clock clock) {
-  connections_.begin_step();
+  connections_.begin_step(motion);
   shown_changes_.clear();
   for (const GraspState& grasp : grasps) {
     set_held(grasp);
@@ -267,6 +268,20 @@ std::span<const int> ComponentInteraction::parts_near_sweep(int component, const
       found_, [this](int c) { return components_[static_cast<std::size_t>(c)].type != ComponentType::part; });
   std::sort(found_.begin(), found_.end());
   return found_;
+}
+
+void ComponentInteraction::parts_near(const Aabb& box, std::vector<int>& parts) {
+  found_.clear();
+  if (begun_)
+    broad_phase_.find(box, found_);
+  else
+    found_.assign(parts_.begin(), parts_.end());
+  parts.clear();
+  for (const int c : found_)
+    if (components_[static_cast<std::size_t>(c)].type == ComponentType::part &&
+        collision_world_.aabb(c).overlaps(box))
+      parts.push_back(c);
+  std::sort(parts.begin(), parts.end());
 }
 
 void ComponentInteraction::refresh_near(int component) {
@@ -390,6 +405,10 @@ bool ComponentInteraction::caught(int part) const {
   return std::any_of(changes.begin(), changes.end(), [&](const PartnerChange& change) {
     return change.part == part && change.to >= 0 && !is_gripper(change.to);
   });
+}
+
+ConvexDistance ComponentInteraction::nearest(int a, int b) const {
+  return deepest(collision_world_, a, b, parameters_.contact_margin_m);
 }
 
 void ComponentInteraction::push_out(const CellMotion& motion) {

@@ -17,6 +17,7 @@
 #include "server/contact/holding/connections.h"
 #include "server/contact/holding/partner_search.h"
 #include "server/geometry/broad_phase.h"
+#include "server/geometry/convex/distance.h"
 
 namespace takt {
 
@@ -52,6 +53,8 @@ class ComponentInteraction {
   /// Parts (ascending) that may touch a component pushed straight from one pose to another; all others are
   /// certainly apart. Valid until the next call.
   std::span<const int> parts_near_sweep(int component, const Pose& from, const Pose& to);
+  /// The same for a box of the world: Parts whose bounds overlap with it, into `parts`.
+  void parts_near(const Aabb& box, std::vector<int>& parts);
   /// Parts (ascending) in a grasp volume, which becomes the palm's shape. Valid until the next call of
   /// parts_between() or parts_near_sweep().
   std::span<const int> parts_between(int palm, const Vec3& lower_G, const Vec3& upper_G);
@@ -103,6 +106,13 @@ class ComponentInteraction {
   void detach(int part);
   /// See Connections.
   void turn(int part, const ConnectionTurn& turn) { connections_.turn(part, turn); }
+  void slide(int part, const Vec3& velocity_W, const CellMotion& motion) {
+    connections_.slide(part, velocity_W, motion);
+  }
+  /// Of two components that touch: where they overlap deepest or, within the contact margin, are nearest; `normal_W` from a to b.
+  ConvexDistance nearest(int a, int b) const;
+  double contact_margin_m() const { return parameters_.contact_margin_m; }
+  void allow_sliding() { connections_.allow_sliding(); }
   void set_stiffness(int part, double ratio) { connections_.set_stiffness(part, ratio); }
   /// The component that a Part is attached to, or -1.
   int attached_to(int part) const { return graph_.holds[static_cast<std::size_t>(part)]; }

@@ -48,7 +48,7 @@ void Connections::reset() {
   std::fill(renew_.begin(), renew_.end(), Renewal::none);
   std::fill(stiffness_.begin(), stiffness_.end(), 1.0);
   tree_.reset();
-  begin_step();
+  end_turns();
   partner_searches_ = 0;
 }
 
@@ -64,7 +64,7 @@ void Connections::shift(int part, int target, const Vec3& shift_W, const CellMot
   for (PairConnection& pair : mutable_of(part)) {
     Connection& connection = pair.connection;
     if (target != -1 && connection.partner != target) continue;
-    const Pose& X_WT = motion.bodies[static_cast<std::size_t>(connection.partner)].X_WB;
+    const Pose& X_WT = motion.carrier(connection.partner).X_WB;
     connection.p_TBcm_T += X_WT.R.transpose() * shift_W;
     mark_changed(pair);
   }
@@ -83,7 +83,32 @@ SubstituteParameters Connections::own_gains(int part, double softening) const {
   return factor == 1.0 ? own : scaled(own, factor);
 }
 
-void Connections::begin_step() {
+void Connections::begin_step(const CellMotion& motion) {
+  if (may_slide_) {
+    for (PairConnection& pair : list_) {
+      Connection& connection = pair.connection;
+      if (!connection.slides) continue;
+      const Mat3& R_WT = motion.carrier(connection.partner).X_WB.R;
+      connection.p_TBcm_T +=
+          R_WT.transpose() * ((motion.time_s - connection.slide_from_s) * connection.slide_W);
+      connection.slide_W = Vec3::Zero();
+      connection.slides = false;
+    }
+  }
+  end_turns();
+}
+
+void Connections::slide(int part, const Vec3& velocity_W, const CellMotion& motion) {
+  for (PairConnection& pair : mutable_of(part)) {
+    if (pair.connection.partner != partner(part)) continue;
+    pair.connection.slide_W = velocity_W;
+    pair.connection.slide_from_s = motion.time_s;
+    pair.connection.slides = true;
+    mark_changed(pair);
+  }
+}
+
+void Connections::end_turns() {
   for (const int part : turning_)
     for (PairConnection& pair : mutable_of(part)) pair.connection.turn = {};
   turning_.clear();
@@ -151,8 +176,8 @@ PairConnection Connections::close(const ConnectionKey& key, const CellMotion& mo
   pair.base = key.first;
   pair.connection.partner = key.second;
   const Component& base = component(key.first);
-  capture_offset(motion.bodies[static_cast<std::size_t>(key.first)],
-                 motion.bodies[static_cast<std::size_t>(key.second)], pair.connection);
+  capture_offset(motion.bodies[static_cast<std::size_t>(key.first)], motion.carrier(key.second),
+                 pair.connection);
   pair.connection.gains = own_gains(key.first, 1.0);
   // If the sequence of a partner search ends in a Part, the assembly has no support: it falls as one and no
   // weight is carried. assign_supports() decides which of several connections carries a weight.
@@ -389,8 +414,8 @@ void Connections::evaluate(const CellMotion& motion, std::span<const int> parts,
     const BodyMotion& base = motion.bodies[static_cast<std::size_t>(part)];
     for (const PairConnection& pair : of(part)) {
       const auto partner = static_cast<std::size_t>(pair.connection.partner);
-      const BodyMotion& target = motion.bodies[partner];
-      const Wrench on_base = substitute_wrench(pair.connection, base, target);
+      const BodyMotion& target = motion.carrier(pair.connection.partner);
+      const Wrench on_base = substitute_wrench(pair.connection, base, target, motion.time_s);
       wrenches[static_cast<std::size_t>(part)] += on_base;
       wrenches[partner] += reaction_on_target(on_base, base, target);
       if (const ConnectionTurn& turn = pair.connection.turn; turn.driver >= 0) {
@@ -423,7 +448,7 @@ void Connections::linearise(const CellMotion& motion, std::span<const int> parts
 Wrench Connections::pair_wrench(const PairConnection& pair, const CellMotion& motion) const {
   const BodyMotion& base = motion.bodies[static_cast<std::size_t>(pair.base)];
   const int target = pair.connection.partner;
-  Wrench result = substitute_wrench(pair.connection, base, motion.bodies[static_cast<std::size_t>(target)]);
+  Wrench result = substitute_wrench(pair.connection, base, motion.carrier(target), motion.time_s);
   if (parameters_.algorithm == InteractionAlgorithm::partner_search) return result;
   // Loads of Parts whose sequence of carriers runs through this connection, either way.
   for (const int part : parts_) {

@@ -75,8 +75,8 @@ class Connections {
   /// Discrete stage: decides the connections of `parts` (ascending; all Parts of the contact clusters in
   /// which a contact changed) at these poses. Allocates only if more than 32 connections per Part are closed.
   void update(const ContactGraph& graph, std::span<const int> parts, const CellMotion& motion);
-  /// Starts a step without update(): it has no changes.
-  void begin_step();
+  /// Starts a step, at this motion.
+  void begin_step(const CellMotion& motion);
   std::span<const PartnerChange> changes() const { return changes_; }
   /// Components with a connection that opened, closed or changed its constants or load in this step; any
   /// order.
@@ -98,6 +98,11 @@ class Connections {
   /// After update(): shifts the held pose of the Part (a Base) by `shift_W` (m), in the connection with this
   /// Target or in all of them (-1). Without such a connection it has no effect.
   void shift(int part, int target, const Vec3& shift_W, const CellMotion& motion);
+  /// After update(): during this step the held pose of the Part (a Base) slides over its Targets at this velocity (m/s).
+  /// The next begin_step() ends it, where it then is.
+  void slide(int part, const Vec3& velocity_W, const CellMotion& motion);
+  /// Before the first step: connections may slide. Their state is then saved.
+  void allow_sliding() { may_slide_ = true; }
   /// Discrete, from the next update() on: factor for the constants of a Part's connections (default 1). The
   /// connections close again when it changes.
   void set_stiffness(int part, double ratio);
@@ -151,6 +156,7 @@ class Connections {
   const PairConnection* find(int base, int target) const;
   std::span<PairConnection> mutable_of(int component);
   void mark_changed(const PairConnection& pair);
+  void end_turns();
   /// A Part's own constants with its factor, and softer by `softening`.
   SubstituteParameters own_gains(int part, double softening) const;
 
@@ -164,6 +170,7 @@ class Connections {
   std::vector<int> passes_to_;        ///< by component: the support whose load includes a Part held by a Part
   std::vector<double> stiffness_;     ///< by component: factor for a Part's own constants
   std::vector<int> turning_;          ///< Parts with a turn in this step
+  bool may_slide_ = false;
   std::vector<ConnectionKey> wanted_;
   std::vector<char> decided_;  ///< by component: among the Parts of this update
   std::vector<double> scale_;  ///< by component, of this update

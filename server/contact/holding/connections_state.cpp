@@ -16,6 +16,7 @@ void Connections::save(StateWriter& out) const {
     out.put(pair.base), out.put(connection.partner);
     out.put(connection.p_TBcm_T), out.put(connection.R_TB);
     out.put(connection.softening), out.put(connection.feed_forward_W);
+    if (may_slide_) out.put(connection.slides), out.put(connection.slide_W), out.put(connection.slide_from_s);
   }
 }
 
@@ -61,6 +62,11 @@ void Connections::load(StateReader& in) {
     connection.softening = in.number(1e-12, 1.0, "the softening of a connection");
     connection.feed_forward_W = in.vector("the weight that a connection carries");
     connection.gains = own_gains(pair.base, connection.softening);
+    if (may_slide_) {
+      connection.slides = in.flag("'slides'");
+      connection.slide_W = in.vector("the sliding of a connection");
+      connection.slide_from_s = in.number("the time of a sliding");
+    }
     list_.push_back(pair);
   }
   index_list();

@@ -86,7 +86,8 @@ SubstituteParameters scaled(const SubstituteParameters& gains, double factor) {
           factor * gains.D_rot_B};
 }
 
-Wrench substitute_wrench(const Connection& connection, const BodyMotion& base, const BodyMotion& target) {
+Wrench substitute_wrench(const Connection& connection, const BodyMotion& base, const BodyMotion& target,
+                         double time_s) {
   const Mat3& R_WT = target.X_WB.R;
   const Mat3& R_WB = base.X_WB.R;
 
@@ -97,6 +98,10 @@ Wrench substitute_wrench(const Connection& connection, const BodyMotion& base, c
   Wrench F;
   F.f = connection.gains.k_tr_N_per_m * (p_desired - base.p_WBcm) +
         connection.gains.d_tr_N_s_per_m * (v_target - v_base) + connection.feed_forward_W;
+  if (connection.slides)
+    F.f += (connection.gains.k_tr_N_per_m * (time_s - connection.slide_from_s) +
+            connection.gains.d_tr_N_s_per_m) *
+           connection.slide_W;
 
   // Torque: rotation that takes the Base to its desired orientation, as a vector in world axes: the
   // antisymmetric part of R_desired R_WB^T, which is sin(angle) times the axis (3.9), (3.10).

@@ -39,6 +39,11 @@ struct Connection {
   double softening = 1.0;              ///< ratio of these to the Base's own; below 1 on a free Target
   Vec3 feed_forward_W = Vec3::Zero();  ///< constant force on the Base (N): minus its weight, or zero
   ConnectionTurn turn;                 ///< of the present step
+  /// Velocity at which the held pose slides over the Target (or its moving surface) from a time on, which is the begin of
+  /// the present step. Zero, and not evaluated, unless `slides`.
+  Vec3 slide_W = Vec3::Zero();
+  double slide_from_s = 0.0;
+  bool slides = false;
 };
 
 /// Captures the offsets of a connection at closing.
@@ -88,8 +93,10 @@ class FreeTargetLoad {
 /// Constants times a factor.
 SubstituteParameters scaled(const SubstituteParameters& gains, double factor);
 
-/// Wrench on the Base about its centre of mass, world frame: (3.5) and (3.12) with the corrections above.
-Wrench substitute_wrench(const Connection& connection, const BodyMotion& base, const BodyMotion& target);
+/// Wrench on the Base about its centre of mass, world frame: (3.5) and (3.12) with the corrections above. `target`: the motion of
+/// what carries the Base (CellMotion::carrier). `time_s`: of the motion, for a connection that slides.
+Wrench substitute_wrench(const Connection& connection, const BodyMotion& base, const BodyMotion& target,
+                         double time_s = 0.0);
 
 /// How that changes with the motion, at small angles between the Base and where it should be: about the
 /// Base's centre of mass. Constant but for the axes of the rotational part.

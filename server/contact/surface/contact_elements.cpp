@@ -16,10 +16,10 @@ struct Sums {
   V4 elements{}, area{}, normal{}, friction{}, pressure{}, depth{}, energy{};
 };
 
-/// Four elements from `i` on.
-template <bool kStick, ElementDetail kDetail>
-TAKT_LANE_INLINE void four_forces(const ContactLaw& law, const V4x3& v0, const V4x3& w, ElementRows& rows,
-                                  std::size_t i, Sums& sums) {
+/// Four elements from `i` on. `s0`, `sw`: velocity of the Target's surface (kBelt).
+template <bool kStick, ElementDetail kDetail, bool kBelt>
+TAKT_LANE_INLINE void four_forces(const ContactLaw& law, const V4x3& v0, const V4x3& w, const V4x3& s0,
+                                  const V4x3& sw, ElementRows& rows, std::size_t i, Sums& sums) {
   const V4 zero{};
   V4x3 p, n, v;
   V4 area, u;
@@ -45,7 +45,15 @@ TAKT_LANE_INLINE void four_forces(const ContactLaw& law, const V4x3& v0, const V
   const V4 pressure = on ? raw : zero;
   const V4 fn = area * pressure;
   const V4 limit = law.friction * fn;
-  const V4x3 vt{v.x - rate * n.x, v.y - rate * n.y, v.z - rate * n.z};
+  V4x3 vt{v.x - rate * n.x, v.y - rate * n.y, v.z - rate * n.z};
+  if constexpr (kBelt) {
+    V4x3 s_p;
+    simd4::cross(sw, p, s_p);
+    s_p.x += s0.x, s_p.y += s0.y, s_p.z += s0.z;
+    V4 along;
+    simd4::dot(n, s_p, along);
+    vt.x -= s_p.x - along * n.x, vt.y -= s_p.y - along * n.y, vt.z -= s_p.z - along * n.z;
+  }
   V4 speed;
   simd4::dot(vt, vt, speed);
   simd4::root(speed, speed);
@@ -136,14 +144,17 @@ TAKT_LANE_INLINE void four_forces(const ContactLaw& law, const V4x3& v0, const V
   }
 }
 
-template <bool kStick, ElementDetail kDetail>
-TAKT_LANE_INLINE void all_forces(const ContactLaw& law, const Twist& V_B, ElementRows& rows,
-                                 ElementTotals& totals) {
+template <bool kStick, ElementDetail kDetail, bool kBelt>
+TAKT_LANE_INLINE void all_forces(const ContactLaw& law, const Twist& V_B, const Twist& surface_B,
+                                 ElementRows& rows, ElementTotals& totals) {
   const V4 zero{};
   const V4x3 v0{zero + V_B.v.x(), zero + V_B.v.y(), zero + V_B.v.z()};
   const V4x3 w{zero + V_B.w.x(), zero + V_B.w.y(), zero + V_B.w.z()};
+  const V4x3 s0{zero + surface_B.v.x(), zero + surface_B.v.y(), zero + surface_B.v.z()};
+  const V4x3 sw{zero + surface_B.w.x(), zero + surface_B.w.y(), zero + surface_B.w.z()};
   Sums sums;
-  for (std::size_t i = 0; i < rows.padded(); i += 4) four_forces<kStick, kDetail>(law, v0, w, rows, i, sums);
+  for (std::size_t i = 0; i < rows.padded(); i += 4)
+    four_forces<kStick, kDetail, kBelt>(law, v0, w, s0, sw, rows, i, sums);
   totals.f_B = {simd4::total(sums.fx), simd4::total(sums.fy), simd4::total(sums.fz)};
   totals.t_B = {simd4::total(sums.tx), simd4::total(sums.ty), simd4::total(sums.tz)};
   totals.weighted_p_B = {simd4::total(sums.wx), simd4::total(sums.wy), simd4::total(sums.wz)};
@@ -157,30 +168,33 @@ TAKT_LANE_INLINE void all_forces(const ContactLaw& law, const Twist& V_B, Elemen
 }
 
 // One function per variant: the compiler makes clones of functions, not of templates.
-TAKT_LANE_VARIANTS void regularised_forces(const ContactLaw& law, const Twist& V_B, ElementRows& rows,
-                                           ElementTotals& totals) {
-  all_forces<false, ElementDetail::forces>(law, V_B, rows, totals);
-}
-TAKT_LANE_VARIANTS void regularised_secant(const ContactLaw& law, const Twist& V_B, ElementRows& rows,
-                                           ElementTotals& totals) {
-  all_forces<false, ElementDetail::secant>(law, V_B, rows, totals);
-}
-TAKT_LANE_VARIANTS void regularised_tangent(const ContactLaw& law, const Twist& V_B, ElementRows& rows,
-                                            ElementTotals& totals) {
-  all_forces<false, ElementDetail::tangent>(law, V_B, rows, totals);
-}
-TAKT_LANE_VARIANTS void stick_forces(const ContactLaw& law, const Twist& V_B, ElementRows& rows,
-                                     ElementTotals& totals) {
-  all_forces<true, ElementDetail::forces>(law, V_B, rows, totals);
-}
-TAKT_LANE_VARIANTS void stick_secant(const ContactLaw& law, const Twist& V_B, ElementRows& rows,
-                                     ElementTotals& totals) {
-  all_forces<true, ElementDetail::secant>(law, V_B, rows, totals);
-}
-TAKT_LANE_VARIANTS void stick_tangent(const ContactLaw& law, const Twist& V_B, ElementRows& rows,
-                                      ElementTotals& totals) {
-  all_forces<true, ElementDetail::tangent>(law, V_B, rows, totals);
-}
+#define TAKT_ELEMENT_FORCES(name, stick, detail, belt)                                          \
+  TAKT_LANE_VARIANTS void name(const ContactLaw& law, const Twist& V_B, const Twist& surface_B, \
+                               ElementRows& rows, ElementTotals& totals) {                      \
+    all_forces<stick, ElementDetail::detail, belt>(law, V_B, surface_B, rows, totals);          \
+  }
+TAKT_ELEMENT_FORCES(regularised_forces, false, forces, false)
+TAKT_ELEMENT_FORCES(regularised_secant, false, secant, false)
+TAKT_ELEMENT_FORCES(regularised_tangent, false, tangent, false)
+TAKT_ELEMENT_FORCES(stick_forces, true, forces, false)
+TAKT_ELEMENT_FORCES(stick_secant, true, secant, false)
+TAKT_ELEMENT_FORCES(stick_tangent, true, tangent, false)
+TAKT_ELEMENT_FORCES(regularised_belt_forces, false, forces, true)
+TAKT_ELEMENT_FORCES(regularised_belt_secant, false, secant, true)
+TAKT_ELEMENT_FORCES(regularised_belt_tangent, false, tangent, true)
+TAKT_ELEMENT_FORCES(stick_belt_forces, true, forces, true)
+TAKT_ELEMENT_FORCES(stick_belt_secant, true, secant, true)
+TAKT_ELEMENT_FORCES(stick_belt_tangent, true, tangent, true)
+#undef TAKT_ELEMENT_FORCES
+
+using ForcesOfElements = void (*)(const ContactLaw&, const Twist&, const Twist&, ElementRows&,
+                                  ElementTotals&);
+/// By belt, friction law, detail.
+constexpr ForcesOfElements kForcesOfElements[2][2][3] = {
+    {{regularised_forces, regularised_secant, regularised_tangent},
+     {stick_forces, stick_secant, stick_tangent}},
+    {{regularised_belt_forces, regularised_belt_secant, regularised_belt_tangent},
+     {stick_belt_forces, stick_belt_secant, stick_belt_tangent}}};
 
 }  // namespace
 
@@ -196,21 +210,13 @@ void ElementRows::resize(std::size_t count) {
     for (std::size_t row = 0; row < kForce; ++row) data_[row * stride_ + i] = 0.0;
 }
 
-ElementTotals element_forces(const ContactLaw& law, const Twist& V_B, ElementDetail detail,
-                             ElementRows& rows) {
+ElementTotals element_forces(const ContactLaw& law, const Twist& V_B, ElementDetail detail, ElementRows& rows,
+                             const Twist* surface_B) {
   ElementTotals totals;
-  const bool stick = law.friction_law == FrictionLaw::stick;
-  switch (detail) {
-    case ElementDetail::forces:
-      stick ? stick_forces(law, V_B, rows, totals) : regularised_forces(law, V_B, rows, totals);
-      break;
-    case ElementDetail::secant:
-      stick ? stick_secant(law, V_B, rows, totals) : regularised_secant(law, V_B, rows, totals);
-      break;
-    case ElementDetail::tangent:
-      stick ? stick_tangent(law, V_B, rows, totals) : regularised_tangent(law, V_B, rows, totals);
-      break;
-  }
+  const std::size_t stick = law.friction_law == FrictionLaw::stick ? 1 : 0,
+                    belt = surface_B != nullptr ? 1 : 0;
+  kForcesOfElements[belt][stick][static_cast<std::size_t>(detail)](
+      law, V_B, surface_B != nullptr ? *surface_B : Twist{}, rows, totals);
   return totals;
 }
 

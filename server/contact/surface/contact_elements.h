@@ -81,9 +81,10 @@ struct ElementTotals {
   Vec3 weighted_p_B = Vec3::Zero();  ///< sum of normal force times position
 };
 
-/// `V_B`: velocity of the Base relative to the Target at the origin of B, axes of B.
-ElementTotals element_forces(const ContactLaw& law, const Twist& V_B, ElementDetail detail,
-                             ElementRows& rows);
+/// `V_B`: velocity of the Base relative to the Target at the origin of B, axes of B. `surface_B`: velocity of the material of the
+/// Target's surface relative to the Target, likewise, or nullptr if it rests; it acts on friction alone.
+ElementTotals element_forces(const ContactLaw& law, const Twist& V_B, ElementDetail detail, ElementRows& rows,
+                             const Twist* surface_B = nullptr);
 
 /// After element_forces with the same detail. `K`, `D` at the point of the Target that coincides with the
 /// origin of B, axes of B.

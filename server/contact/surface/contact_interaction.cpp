@@ -17,12 +17,6 @@ Wrench to_world(const Wrench& F_T, const Mat3& R_WT) {
 const BodyMotion& body(const CellMotion& motion, int component) {
   return motion.bodies[static_cast<std::size_t>(component)];
 }
-
-/// From wrenches and twists about the origin to those about p.
-void move_point(const Vec3& p, Mat6& m) {
-  for (int i = 0; i < 6; ++i) m.col(i).tail<3>() -= p.cross(m.col(i).head<3>());
-  for (int i = 0; i < 6; ++i) m.row(i).tail<3>() -= p.cross(m.row(i).head<3>());
-}
 }  // namespace
 
 ContactInteraction::ContactInteraction(const std::vector<Component>& components, const ContactModel& model)
@@ -245,7 +239,10 @@ void ContactInteraction::load(StateReader& in) {
 RelativeMotion ContactInteraction::motion_of(int base_id, int target_id, const CellMotion& motion) const {
   const BodyMotion& base = body(motion, base_id);
   const BodyMotion& target = body(motion, target_id);
-  return relative_motion(base.X_WB, base.V_WB, target.X_WB, target.V_WB);
+  RelativeMotion relative = relative_motion(base.X_WB, base.V_WB, target.X_WB, target.V_WB);
+  if (motion.has_surface(target_id))
+    relative.move_surface(motion.surfaces[static_cast<std::size_t>(target_id)]);
+  return relative;
 }
 
 double ContactInteraction::gap_m(const PairContact& pair, const CellMotion& motion) const {
@@ -500,10 +497,7 @@ void ContactInteraction::linearise(const CellMotion& motion, Linearisation linea
     if (pair.result.elements == 0) continue;
     const BodyMotion& target = body(motion, pair.target);
     const Mat3& R = target.X_WB.R;
-    PairLinearisation entry;
-    entry.base = pair.base;
-    entry.target = pair.target;
-    entry.p_W = target.X_WB.p;
+    PairLinearisation entry{pair.base, pair.target, target.X_WB.p};
     if (linearisation == Linearisation::tangent) {
       entry.p_W = body(motion, pair.base).p_WBcm;
       const Vec3 p_TP_T = R.transpose() * (entry.p_W - target.X_WB.p);
@@ -511,12 +505,8 @@ void ContactInteraction::linearise(const CellMotion& motion, Linearisation linea
       move_point(p_TP_T, J.D);
       entry.f_W = R * pair.result.F_B_T.f;
     }
-    for (int r = 0; r < 2; ++r) {
-      for (int c = 0; c < 2; ++c) {
-        entry.K.block<3, 3>(3 * r, 3 * c) = R * J.K.block<3, 3>(3 * r, 3 * c) * R.transpose();
-        entry.D.block<3, 3>(3 * r, 3 * c) = R * J.D.block<3, 3>(3 * r, 3 * c) * R.transpose();
-      }
-    }
+    entry.K = turned(R, J.K);
+    entry.D = turned(R, J.D);
     list.push_back(entry);
   }
 }

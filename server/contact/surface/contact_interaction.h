@@ -74,6 +74,11 @@ class ContactInteraction {
   /// Discrete: coefficients of friction that depend on temperatures (ContactPairModel::friction_at_K).
   void update_friction(std::span<const BodyHeat> heat);
 
+  /// Before the first step: by component, the Grounds that may move, or whose surface may; empty: none.
+  void set_movable_grounds(const std::vector<char>& movable) {
+    movable_grounds_ = movable;
+    set_asleep(asleep_);
+  }
   /// Discrete: sets the sleeping components, which the system leaves out. Pairs of two immobile components
   /// keep their results.
   void set_asleep(const std::vector<char>& asleep);
@@ -140,7 +145,9 @@ class ContactInteraction {
   std::size_t pairs_among_counted() const;
   bool immobile(int component) const {
     const auto c = static_cast<std::size_t>(component);
-    return asleep_[c] != 0 || components_[c].type == ComponentType::ground;
+    if (components_[c].type == ComponentType::ground)
+      return movable_grounds_.empty() || movable_grounds_[c] == 0;
+    return asleep_[c] != 0;
   }
   void evaluate_all(const CellMotion& motion);
   void add_wrenches(const PairContact& pair, const CellMotion& motion, std::span<Wrench> wrenches) const;
@@ -161,6 +168,7 @@ class ContactInteraction {
   std::size_t acting_count_ = 0;
   std::vector<std::uint32_t> degree_;  ///< by component: its acting pairs
   std::vector<char> asleep_;           ///< by component
+  std::vector<char> movable_grounds_;  ///< by component; or empty
   std::vector<int> mobile_;            ///< components that can move, ascending
   std::vector<char> counted_;          ///< by component, while pairs are counted
   std::vector<int> ends_;              ///< components of the moving pairs

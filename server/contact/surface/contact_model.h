@@ -92,6 +92,8 @@ struct ContactModel {
   bool enabled = false;  ///< true: surfaces and pairs exist, so that level 3 is possible
   std::vector<std::shared_ptr<const ContactSurface>> surfaces;  ///< by component; nullptr: without surface
   ContactPairs pairs;
+  /// Component ids of Grounds whose surface moves; each is the Target of its pairs.
+  std::vector<int> belts;
   /// By component, of the Targets of pairs that take their depths from it; else nullptr, or empty.
   std::vector<std::shared_ptr<const DistanceField>> fields;
   /// Of a pair with this Target.

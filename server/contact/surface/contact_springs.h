@@ -10,7 +10,8 @@ namespace takt {
 
 struct ContactSpring {
   std::int32_t element = -1;
-  Vec3 anchor_T = Vec3::Zero();  ///< position of the element's point without spring force
+  /// Position of the element's point without spring force; on a surface that moves, in the frame of its material.
+  Vec3 anchor_T = Vec3::Zero();
 };
 
 /// Four numbers per spring: element, anchor.

@@ -58,7 +58,10 @@ bool same_numbers(const Value& a, const Value& b) {
 }  // namespace
 
 bool same_bits(const RelativeMotion& a, const RelativeMotion& b) {
-  return same_numbers<18>(a, b);
+  if (!same_numbers<12>(a.X_TB, b.X_TB) || !same_numbers<6>(a.V_TB_T, b.V_TB_T) ||
+      a.surface_moves != b.surface_moves)
+    return false;
+  return !a.surface_moves || (same_numbers<12>(a.X_TS, b.X_TS) && same_numbers<6>(a.V_TS_T, b.V_TS_T));
 }
 
 RelativeMotion relative_motion(const Pose& X_WB, const Twist& V_WB, const Pose& X_WT, const Twist& V_WT) {
@@ -117,9 +120,11 @@ struct PolygonalContact::Impl {
   void start_holding(const RelativeMotion& motion);
   bool held_covers(const Pose& X_TB, double next_s, double share, double& at_s) const;
   std::size_t find_elements(const RelativeMotion& motion, Twist& V_B);
+  /// element_forces() at this motion, after find_elements().
+  ElementTotals forces(const RelativeMotion& motion, const Twist& V_B, ElementDetail detail);
   void set_elements(std::span<const std::int32_t> elements);
   void fill_found();
-  void fill_springs(const Pose& X_BT);
+  void fill_springs(const Pose& X_BS);
   void add_bends(ElementDetail detail, Mat6& K) const;
   bool evaluate(const RelativeMotion& motion, ElementDetail detail, ContactResult& result, Twist& V_B);
 };
@@ -161,7 +166,8 @@ void PolygonalContact::Impl::fill_found() {
   std::copy(search->depths_m().begin(), search->depths_m().end(), rows[R::kDepth]);
 }
 
-void PolygonalContact::Impl::fill_springs(const Pose& X_BT) {
+/// `X_BS`: from the frame in which the springs are anchored.
+void PolygonalContact::Impl::fill_springs(const Pose& X_BS) {
   using R = ElementRows;
   if (law.friction_law != FrictionLaw::stick) return;
   double *x = rows[R::kXx], *y = rows[R::kXy], *z = rows[R::kXz];
@@ -171,7 +177,7 @@ void PolygonalContact::Impl::fill_springs(const Pose& X_BT) {
     while (spring != springs.end() && spring->element < element) ++spring;
     x[i] = y[i] = z[i] = 0.0;
     if (spring == springs.end() || spring->element != element) continue;
-    const Vec3 anchor_B = X_BT * spring->anchor_T;
+    const Vec3 anchor_B = X_BS * spring->anchor_T;
     const auto e = static_cast<std::size_t>(element);
     x[i] = base.px[e] - anchor_B.x(), y[i] = base.py[e] - anchor_B.y(), z[i] = base.pz[e] - anchor_B.z();
   }
@@ -234,10 +240,18 @@ std::size_t PolygonalContact::Impl::find_elements(const RelativeMotion& motion, 
     rows_known = true;
   }
   if (filled.empty()) return 0;
-  fill_springs(X_BT);
+  fill_springs(motion.surface_moves ? X_BT * motion.X_TS : X_BT);
   V_B.v = X_BT.R * motion.V_TB_T.v;
   V_B.w = X_BT.R * motion.V_TB_T.w;
   return filled.size();
+}
+
+ElementTotals PolygonalContact::Impl::forces(const RelativeMotion& motion, const Twist& V_B,
+                                             ElementDetail detail) {
+  if (!motion.surface_moves) return element_forces(law, V_B, detail, rows);
+  const Mat3 R_BT = motion.X_TB.R.transpose();
+  const Twist surface_B{R_BT * motion.V_TS_T.at(motion.X_TB.p), R_BT * motion.V_TS_T.w};
+  return element_forces(law, V_B, detail, rows, &surface_B);
 }
 
 bool PolygonalContact::Impl::evaluate(const RelativeMotion& motion, ElementDetail detail,
@@ -245,7 +259,7 @@ bool PolygonalContact::Impl::evaluate(const RelativeMotion& motion, ElementDetai
   ++counts.evaluations;
   result = ContactResult{};
   if (find_elements(motion, V_B) == 0) return false;
-  const ElementTotals totals = element_forces(law, V_B, detail, rows);
+  const ElementTotals totals = forces(motion, V_B, detail);
   result.elastic_energy_J = found ? found->elastic_energy_J(law) : totals.elastic_energy_J;
   result.elements = static_cast<int>(totals.elements);
   if (result.elements == 0) return false;
@@ -316,7 +330,8 @@ bool PolygonalContact::accept(const RelativeMotion& motion) {
   m.next_springs.clear();
   Twist V_B;
   if (m.find_elements(motion, V_B) > 0) {
-    element_forces(m.law, V_B, ElementDetail::forces, m.rows);
+    m.forces(motion, V_B, ElementDetail::forces);
+    const Pose X_ST = motion.X_TS.inverse();
     using R = ElementRows;
     const std::vector<std::int32_t>& hits = m.filled;
     auto spring = m.springs.begin();
@@ -327,16 +342,21 @@ bool PolygonalContact::accept(const RelativeMotion& motion) {
       const auto e = static_cast<std::size_t>(element);
       const Vec3 x_T = motion.X_TB * m.base.point(e);
       while (spring != m.springs.end() && spring->element < element) ++spring;
-      ContactSpring kept{element, x_T};
+      ContactSpring kept{element, motion.surface_moves ? Vec3(X_ST * x_T) : x_T};
       if (spring != m.springs.end() && spring->element == element) {
         const Vec3 n_T = -(motion.X_TB.R * Vec3(m.rows[R::kNx][i], m.rows[R::kNy][i], m.rows[R::kNz][i]));
-        const Vec3 stretch = x_T - spring->anchor_T;
+        const Vec3 stretch =
+            x_T - (motion.surface_moves ? Vec3(motion.X_TS * spring->anchor_T) : spring->anchor_T);
         const double tangential = (stretch - stretch.dot(n_T) * n_T).norm();
         const double force = m.law.tangential_stiffness_Pa_per_m * m.rows[R::kArea][i] * tangential;
         const double limit = m.law.friction * normal_force;
         // Unchanged bits where it holds.
-        kept.anchor_T =
-            force > limit ? Vec3(x_T - limit / force * (stretch - stretch.dot(n_T) * n_T)) : spring->anchor_T;
+        if (!(force > limit)) {
+          kept.anchor_T = spring->anchor_T;
+        } else {
+          kept.anchor_T = x_T - limit / force * (stretch - stretch.dot(n_T) * n_T);
+          if (motion.surface_moves) kept.anchor_T = X_ST * kept.anchor_T;
+        }
       }
       m.next_springs.push_back(kept);
     }
@@ -415,7 +435,7 @@ std::vector<ElementPressure> PolygonalContact::pressures(const RelativeMotion& m
   std::vector<ElementPressure> result;
   Twist V_B;
   if (impl_->find_elements(motion, V_B) == 0) return result;
-  element_forces(impl_->law, V_B, ElementDetail::forces, impl_->rows);
+  impl_->forces(motion, V_B, ElementDetail::forces);
   const std::vector<std::int32_t>& hits = impl_->filled;
   using R = ElementRows;
   for (std::size_t i = 0; i < hits.size(); ++i) {

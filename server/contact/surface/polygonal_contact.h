@@ -21,6 +21,7 @@
 #include <span>
 #include <vector>
 
+#include "plant_models/plant_model.h"
 #include "server/contact/pair_linearisation.h"
 #include "server/contact/surface/contact_law.h"
 #include "server/contact/surface/contact_springs.h"
@@ -29,10 +30,20 @@
 
 namespace takt {
 
-/// Motion of the Base relative to the Target: pose, and twist of the origin of B in the axes of T.
+/// Motion of the Base relative to the Target: pose, and twist of the origin of B in the axes of T. If the surface of the Target
+/// moves in itself (a belt), friction acts between the Base and the material S of the surface.
 struct RelativeMotion {
   Pose X_TB;
   Twist V_TB_T;
+  bool surface_moves = false;
+  Pose X_TS{};     ///< of the material, where it moves
+  Twist V_TS_T{};  ///< of the material relative to the Target, at the origin of T
+
+  void move_surface(const SurfaceMotion& surface) {
+    surface_moves = true;
+    X_TS = surface.X_TS;
+    V_TS_T = surface.V_TS_T;
+  }
 };
 /// From the motions of base and target in the world.
 RelativeMotion relative_motion(const Pose& X_WB, const Twist& V_WB, const Pose& X_WT, const Twist& V_WT);

@@ -2,11 +2,14 @@
 // How the host of a cell is set up.
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <string>
 
 #include "server/runtime/loop/run_loop_options.h"
 
 namespace takt {
+
+class FmuOpener;  // server/devices/fmu_link.h
 
 struct HostOptions {
   std::string cell = "cell";  ///< name of the server
@@ -20,6 +23,7 @@ struct HostOptions {
   std::filesystem::path recordings{};       ///< directory of recordings by request; empty: they are refused
   std::filesystem::path scenarios{};        ///< the files that clients may name; empty: any (allowed_files.h)
   std::string version{};                    ///< of the server, for recordings
+  std::shared_ptr<FmuOpener> fmus{};        ///< none: scenarios with FMUs are refused
   std::filesystem::path cache_directory{};  ///< of convex decompositions; empty: without cache
   /// Called with each note about imported meshes and robots, by the thread that reads them; each note is also
   /// sent as an event.

@@ -12,6 +12,7 @@
 namespace takt {
 
 class Executor;
+class FmuOpener;
 
 struct ReplayOptions {
   /// Makes the model of the recorded scenario. Throws with a sentence. See load_logged_scenario().
@@ -20,10 +21,11 @@ struct ReplayOptions {
 };
 
 /// Reads the scenario named in the log, or `instead` of its file, with overrides, level of detail, and
-/// spawned and deleted Parts.
+/// spawned and deleted Parts. `fmus`: as ImportOptions has it.
 std::shared_ptr<const CellModel> load_logged_scenario(const LogScenario& scenario,
                                                       const std::filesystem::path& cache_directory,
-                                                      const std::filesystem::path& instead = {});
+                                                      const std::filesystem::path& instead = {},
+                                                      FmuOpener* fmus = nullptr);
 
 struct ReplayResult {
   std::string version, cell;  ///< of the server that recorded

@@ -22,7 +22,13 @@ bool is_taken(const Scenario& scenario, const std::string& name) {
     return std::any_of(items.begin(), items.end(), [&](const auto& item) { return item.name == name; });
   };
   return has(scenario.parts) || has(scenario.grounds) || has(scenario.robots) || has(scenario.grippers) ||
-         has(scenario.devices) ||
+         has(scenario.devices) || has(scenario.pools) ||
+         std::any_of(scenario.pools.begin(), scenario.pools.end(),
+                     [&](const ScenarioPool& pool) {
+                       for (int i = 1; i <= pool.count; ++i)
+                         if (pool.part_name(i) == name) return true;
+                       return false;
+                     }) ||
          std::any_of(scenario.parts.begin(), scenario.parts.end(), [&](const ScenarioPart& part) {
            const auto names = devices_of(part);
            return std::find(names.begin(), names.end(), name) != names.end();

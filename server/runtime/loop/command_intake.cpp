@@ -40,6 +40,9 @@ void CommandIntake::collect() {
       // Its sender begins again here.
       ahead_.drop(received.target);
     }
+    if (auto* signals = std::get_if<DeviceCommand>(&received.command); signals != nullptr && waiting_[target])
+      if (const auto* earlier = std::get_if<DeviceCommand>(&waiting_[target]->command))
+        add_other_signals(*earlier, *signals);
     discard(waiting_[target], received.goal ? GoalEnd::preempted : GoalEnd::replaced);
     waiting_[target] = std::move(received);
   }

@@ -152,6 +152,8 @@ void GoalMonitor::stepped(const std::function<void(int target)>& stop) {
 void GoalMonitor::watch_robot(Slot& slot, std::size_t robot, double t, const std::function<void(int)>& stop) {
   for (const MotionNotice& notice : simulation_.events().motion_notices) {
     if (notice.robot != static_cast<int>(robot)) continue;
+    if (notice.kind == MotionNotice::Kind::motion_refused)
+      return end(slot, report_of(slot, t), GoalEnd::replaced);
     GoalReport report = report_of(slot, t);
     report.joint = notice.joint;
     report.of_velocity = notice.velocity;

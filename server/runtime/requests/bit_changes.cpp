@@ -52,4 +52,34 @@ BitChange apply(const requests::Detach& request, Simulation& simulation) {
   return changed(simulation.detach(part), "It was not detached", events::Detached{part});
 }
 
+namespace {
+std::string no_signal(const std::string& name, const CellDescription& cell) {
+  return "There is no signal '" + name + "'; allowed: " + signals_there(cell, name) + ".";
+}
+}  // namespace
+
+BitChange apply(const requests::ForceSignal& request, Simulation& simulation) {
+  const CellDescription& cell = simulation.description();
+  const auto ref = find_signal(cell, request.signal);
+  if (!ref) return no_signal(request.signal, cell);
+  if (std::string why = wrong_value(describe_signal(cell, *ref), request.value); !why.empty())
+    return "It was not forced: the value of " + request.signal + " " + why + ".";
+  return changed(simulation.force_signal(*ref, request.value), "It was not forced",
+                 events::SignalForced{FixedString<256>(request.signal), request.value});
+}
+
+BitChange apply(const requests::ReleaseSignal& request, Simulation& simulation) {
+  const CellDescription& cell = simulation.description();
+  const events::SignalReleased done{FixedString<256>(request.signal)};
+  if (request.signal == "all") {
+    while (!simulation.forced_signals().empty())
+      if (std::string why = simulation.release_signal(simulation.forced_signals().front().ref); !why.empty())
+        return "It was not released: " + why;
+    return done;
+  }
+  const auto ref = find_signal(cell, request.signal);
+  if (!ref) return no_signal(request.signal, cell);
+  return changed(simulation.release_signal(*ref), "It was not released", done);
+}
+
 }  // namespace takt

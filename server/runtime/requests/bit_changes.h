@@ -18,5 +18,7 @@ BitChange apply(const requests::SetLevelOfDetail& request, Simulation& simulatio
 BitChange apply(const requests::SetEntityState& request, Simulation& simulation);
 BitChange apply(const requests::Attach& request, Simulation& simulation);
 BitChange apply(const requests::Detach& request, Simulation& simulation);
+BitChange apply(const requests::ForceSignal& request, Simulation& simulation);
+BitChange apply(const requests::ReleaseSignal& request, Simulation& simulation);
 
 }  // namespace takt

@@ -25,7 +25,9 @@ std::string name_of(std::string_view kind, std::int32_t index, const CellDescrip
   if (kind == "components") return cell.components[at].name;
   if (kind == "robots") return cell.robots[at].name;
   if (kind == "grippers") return cell.grippers[at].name;
+  if (kind == "devices") return cell.devices[at].name;
   if (kind == "processes") return cell.processes[at].name;
+  if (kind == "devices") return cell.devices[at].name;
   if (kind == "checked_bodies") return cell.checked_bodies[at];
   return std::string(target_name(cell, index));
 }
@@ -140,6 +142,8 @@ events::OfLoop event_of(const MotionNotice& notice, const CellDescription& cell)
     case MotionNotice::Kind::deadline_missed:
       return events::CommandDeadlineMissed{notice.robot, notice.value, robot.command_deadline.deadline_s,
                                            robot.command_deadline.action};
+    case MotionNotice::Kind::motion_refused:
+      return events::MotionRefused{notice.robot};
     case MotionNotice::Kind::trajectory_refused:
       break;
   }
@@ -153,6 +157,23 @@ events::OfLoop event_of(const MotionNotice& notice, const CellDescription& cell)
       notice.value,
       notice.lower,
       notice.upper};
+}
+
+events::OfLoop event_of(const DeviceNotice& notice) {
+  switch (notice.kind) {
+    case DeviceNotice::Kind::part_entered:
+      return events::PartEntered{notice.device, notice.part};
+    case DeviceNotice::Kind::part_lost:
+      return events::PartLost{notice.device, notice.part, notice.load_N, notice.force_N};
+    case DeviceNotice::Kind::motion_stopped:
+      return events::MotionStopped{notice.device};
+    case DeviceNotice::Kind::motion_released:
+      return events::MotionReleased{notice.device};
+    case DeviceNotice::Kind::part_removed:
+    case DeviceNotice::Kind::part_taken_off:
+      break;
+  }
+  return events::PartRemoved{notice.device, notice.part, notice.other};
 }
 
 }  // namespace
@@ -174,8 +195,11 @@ void report_step(const Simulation& simulation, const std::function<void(const Ev
   for (const CollisionEvent& found : found_in_step.collision_events) at(found, event_of(found));
   for (const WeakGrip& grip : found_in_step.weak_grips)
     at(grip, events::WeakGrip{grip.gripper, grip.part, grip.force_N, grip.needed_N});
+  for (const DeviceNotice& notice : found_in_step.device_notices) at(notice, event_of(notice));
   for (const AlternatingForce& force : found_in_step.alternating_forces)
     at(force, events::AlternatingForce{force.part, force.other, force.change_N});
+  for (const DeviceMessage& message : found_in_step.device_messages)
+    at(message, events::DeviceFailed{message.device, FixedString<640>(message.sentence)});
 }
 
 EventRecord fault_record(const Simulation& simulation) {

@@ -2,6 +2,7 @@
 // Description of a loaded cell for clients that read no files: names, kinds, limits, geometry. Constant from
 // load to unload. Indices into these vectors are the ids used in commands and snapshots.
 #include <array>
+#include <compare>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -29,6 +30,9 @@ struct ComponentDescription {
   /// Shared by all components of this file; never null.
   std::shared_ptr<const DescribedMesh> mesh = std::make_shared<const DescribedMesh>();
   std::array<float, 4> color{0.7F, 0.7F, 0.7F, 1.0F};  ///< r, g, b, a in 0..1
+  bool carried = false;                                ///< a Ground that a device moves
+
+  bool stands() const { return type == ComponentType::ground && !carried; }
 };
 
 /// Longest silence of a stream of set-points (simulated time), and the reaction to a longer one.
@@ -74,6 +78,25 @@ struct DeviceDescription {
   std::optional<Meter> meter() const;
 };
 
+/// A signal of the cell. `device` counts devices, then grippers, then robots (signals.h).
+struct SignalRef {
+  int device = -1;  ///< its owner
+  int signal = -1;  ///< index among the signals of the owner
+  auto operator<=>(const SignalRef&) const = default;
+};
+
+/// An input that follows another signal. Value of the input: `factor` times the other one; with `test`: whether it is
+/// beyond `threshold`; `invert`: the opposite of that.
+struct SignalWire {
+  enum class Test : std::uint8_t { none, above, below };
+  SignalRef to, from;
+  bool invert = false;
+  Test test = Test::none;
+  double threshold = 0.0;
+  double factor = 1.0;
+  std::string text{};  ///< as in the scenario
+};
+
 struct GripperDescription {
   std::string name;
   int robot = -1;  ///< index of the robot that carries it
@@ -106,6 +129,7 @@ struct CellDescription {
   std::vector<RobotDescription> robots;
   std::vector<GripperDescription> grippers;
   std::vector<DeviceDescription> devices;
+  std::vector<SignalWire> wires;  ///< in the order of their evaluation
   std::vector<ProcessDescription> processes;
   std::vector<std::string> checked_bodies;  ///< names for the indices in a CollisionEvent
   /// Number of the loaded scenario in this run of the server, from 1; distinguishes instants of different

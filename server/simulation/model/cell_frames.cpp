@@ -40,7 +40,7 @@ std::vector<CellFrame> static_frames(const CellDescription& cell, const Snapshot
     frames.push_back({frame_of(robot, on), device.name, X.p, X.quaternion()});
   }
   for (std::size_t i = 0; i < cell.components.size(); ++i) {
-    if (cell.components[i].type != ComponentType::ground) continue;
+    if (!cell.components[i].stands()) continue;
     const ComponentSample& sample = snapshot.components[i];
     frames.push_back({kWorldFrame, cell.components[i].name, sample.p_WB, sample.q_WB});
   }
@@ -53,7 +53,7 @@ MovingFrames::MovingFrames(const CellDescription& cell) : cell_(cell) {
       frames_.push_back({frame_of(robot, carrier(robot, joint - 1)), frame_of(robot, carrier(robot, joint))});
   }
   for (const ComponentDescription& component : cell.components)
-    if (component.type != ComponentType::ground) frames_.push_back({kWorldFrame, component.name});
+    if (!component.stands()) frames_.push_back({kWorldFrame, component.name});
 }
 
 const std::vector<CellFrame>& MovingFrames::fill(const Snapshot& snapshot) {
@@ -77,7 +77,7 @@ const std::vector<CellFrame>& MovingFrames::fill(const Snapshot& snapshot) {
     }
   }
   for (std::size_t i = 0; i < cell_.components.size(); ++i) {
-    if (cell_.components[i].type == ComponentType::ground) continue;
+    if (cell_.components[i].stands()) continue;
     const ComponentSample& sample = snapshot.components[i];
     frames_[at].p = sample.p_WB;
     frames_[at++].q = sample.q_WB;

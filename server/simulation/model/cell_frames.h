@@ -22,10 +22,10 @@ struct CellFrame {
 /// Frame name of a robot's base link, the root of its links.
 std::string base_frame(const RobotDescription& robot);
 
-/// Fixed frames: bases of robots, links fixed to another link, Grounds (at their poses in `snapshot`).
+/// Fixed frames: bases of robots, links fixed to another link, Grounds that stand (at their poses in `snapshot`).
 std::vector<CellFrame> static_frames(const CellDescription& cell, const Snapshot& snapshot);
 
-/// Moving frames: links behind joints, and components other than Grounds. The description must outlive it.
+/// Moving frames: links behind joints, and components other than Grounds that stand. The description must outlive it.
 class MovingFrames {
  public:
   explicit MovingFrames(const CellDescription& cell);

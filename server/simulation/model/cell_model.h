@@ -109,6 +109,12 @@ struct StartOverlap {
   std::string sentence;
 };
 
+/// Identical Parts that sources and sinks bring into the cell and take out of it. All are parked at the start.
+struct PartPool {
+  std::string name;
+  std::vector<int> parts;  ///< components, ascending
+};
+
 struct CellModel {
   CellDescription description;
   double step_s = 0.001;
@@ -136,6 +142,7 @@ struct CellModel {
   std::vector<ConvexImport> convex_imports;
   std::vector<ImportNote> import_notes;
   std::vector<StartOverlap> start_overlaps;  ///< with these the cell does not run
+  std::vector<PartPool> pools;
 };
 
 /// X_WR of every robot.

@@ -4,6 +4,7 @@
 
 #include "idl/common/text.h"
 #include "server/simulation/model/cell_description.h"
+#include "server/simulation/model/signals.h"
 #include "server/simulation/model/snapshot.h"
 
 namespace takt {
@@ -94,6 +95,13 @@ Validated<JointCommand> validate(const CellDescription& cell, int target, const 
 Validated<GripperCommand> validate(const CellDescription& cell, int target, const RawGripperCommand& raw) {
   const int gripper = target - static_cast<int>(cell.robots.size());
   const GripperDescription& description = cell.grippers[static_cast<std::size_t>(gripper)];
+  for (const GripperSignal input : {GripperSignal::close, GripperSignal::set_width}) {
+    const int device = gripper_as_device(cell, static_cast<std::size_t>(gripper));
+    if (const SignalWire* wire = wire_to(cell, {device, static_cast<int>(input)}))
+      return reject(RejectionCode::wired_signal, description.name,
+                    std::string(to_string(input)) + " is wired to '" + wire->text +
+                        "', so the gripper cannot be commanded; force_signal sets it");
+  }
   if (!is_known(raw.action)) {
     return reject(RejectionCode::malformed, description.name,
                   "action " + std::to_string(static_cast<int>(raw.action)) +

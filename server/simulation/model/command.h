@@ -137,4 +137,7 @@ Validated<DeviceCommand> validate(const CellDescription& cell, int target, const
 std::optional<Rejection> add_signal(const CellDescription& cell, DeviceCommand& command, int signal,
                                     double value);
 
+/// Adds the signals of `earlier` that `newer`, a command of the same device, does not name.
+void add_other_signals(const DeviceCommand& earlier, DeviceCommand& newer);
+
 }  // namespace takt

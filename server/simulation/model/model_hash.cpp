@@ -54,9 +54,13 @@ void digest(ModelDigest& hash, const RobotDescription& robot) {
   // The rest is in KinematicRobotParameters, or a picture.
   hash << robot.command_period_s << robot.command_deadline;
 }
+void digest(ModelDigest& hash, const SignalWire& wire) {
+  hash << wire.to << wire.from << wire.invert << wire.test << wire.threshold << wire.factor;
+}
 void digest(ModelDigest& hash, const CellDescription& cell) {
   // The rest is in the model itself, or a picture.
   hash << cell.processes << cell.robots << cell.devices;
+  if (!cell.wires.empty()) hash << cell.wires;
 }
 void digest(ModelDigest& hash, const AuxiliaryModel& entry) {
   hash << entry.name << entry.device << entry.digest;
@@ -70,11 +74,12 @@ std::uint64_t model_hash(const CellModel& model) {
   const auto& [description, step_s, solver, contact_solver, dynamics_solver, components, pairs, interaction,
                parts, grounds, bounds, robots, dynamics, no_dynamics, robot_levels, trajectories, grippers,
                contact, auxiliary_models, mechanisms, joined, clearance, convex_imports, import_notes,
-               start_overlaps] = model;
+               start_overlaps, pools] = model;
   ModelDigest hash;
   hash << kVersion << description << step_s << solver << contact_solver << dynamics_solver << components
        << pairs << interaction << parts << grounds << bounds << robots << dynamics << robot_levels
        << trajectories << grippers << contact << auxiliary_models << mechanisms << joined << clearance;
+  if (!pools.empty()) hash << pools;
   return hash.value();
 }
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -49,12 +50,14 @@ struct GripperSample {
   bool moving = false;       ///< a jaw is faster than 1 mm/s against the palm
   bool in_position = false;  ///< the jaws stand, 0.1 mm from the commanded width at most
   int part = -1;             ///< component that both jaws touch and hold (the first of several), or -1
+  std::uint32_t forced = 0;  ///< bit i: signal i of GripperSignal is forced
   std::uint64_t commands_applied = 0;
   SimTime newest_stamp;
 };
 
 struct DeviceSample {
   std::array<double, kMaxSignals> signals{};  ///< in the order of the device's description
+  std::uint32_t forced = 0;                   ///< bit i: signal i is forced
   std::uint64_t commands_applied = 0;
   SimTime newest_stamp;
 };
@@ -90,6 +93,7 @@ struct MotionNotice {
     trajectory_replaced,  ///< by another command ahead of its end
     trajectory_refused,   ///< it cannot be followed from where the robot is: joint, value, limit
     trajectory_past,      ///< its end was over when it took effect; value: its end (s)
+    motion_refused,       ///< a safety device stops the cell; once in a stop, and for each trajectory
     deadline_missed,      ///< no set-point for longer than allowed; value: how long (s)
   };
   Kind kind{};
@@ -100,6 +104,25 @@ struct MotionNotice {
   bool velocity = false;  ///< refused for a velocity; else for a position
   double value = 0.0;     ///< of `joint`
   double lower = 0.0, upper = 0.0;
+};
+
+/// A notice of a device.
+struct DeviceNotice {
+  enum class Kind : std::uint8_t {
+    part_entered,     ///< a source brings a Part into the cell
+    part_removed,     ///< a sink takes a Part out of the cell
+    part_taken_off,   ///< the same, from a component that held it; other: that component
+    part_lost,        ///< the load of a holder exceeds its force
+    motion_stopped,   ///< emergency stop or open door: nothing may move
+    motion_released,  ///< by a reset
+  };
+  Kind kind{};
+  double time_s = 0.0;
+  std::uint64_t step = 0;
+  int device = -1;
+  int part = -1;                       ///< component
+  int other = -1;                      ///< component
+  double load_N = 0.0, force_N = 0.0;  ///< of a holder that lost its Part
 };
 
 /// Load of the friction at a gripper, at levels of detail 1 and 2 (simulation/step/grip_loads.h).
@@ -117,6 +140,14 @@ struct WeakGrip {
   int part = -1;          ///< component that the jaws touch
   double needed_N = 0.0;  ///< of each jaw
   double force_N = 0.0;   ///< with which it presses
+};
+
+/// A device has failed, or something went wrong in it (DeviceModel::take_message).
+struct DeviceMessage {
+  double time_s = 0.0;
+  std::uint64_t step = 0;
+  int device = -1;  ///< index
+  std::string sentence;
 };
 
 /// The contact force on a Part changes to and fro from step to step (simulation/step/force_alternation.h).

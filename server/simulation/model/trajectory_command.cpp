@@ -6,6 +6,7 @@
 #include "idl/common/text.h"
 #include "server/simulation/model/cell_description.h"
 #include "server/simulation/model/command.h"
+#include "server/simulation/model/signals.h"
 
 namespace takt {
 
@@ -215,6 +216,9 @@ std::optional<Rejection> add_signal(const CellDescription& cell, DeviceCommand& 
   };
   if (!description.commanded)
     return reject(RejectionCode::read_only_signal, name() + " of " + device.name + " can only be read");
+  if (const SignalWire* wire = wire_to(cell, {command.device, signal}))
+    return reject(RejectionCode::wired_signal, name() + " of " + device.name + " is wired to '" + wire->text +
+                                                   "', so it cannot be commanded; force_signal sets it");
   const auto end = command.signals.begin() + command.count;
   if (std::find(command.signals.begin(), end, signal) != end)
     return reject(RejectionCode::malformed, name() + " is given twice");
@@ -235,6 +239,17 @@ std::optional<Rejection> add_signal(const CellDescription& cell, DeviceCommand& 
   command.signals[place] = static_cast<std::uint8_t>(signal);
   command.values[place] = value;
   return std::nullopt;
+}
+
+void add_other_signals(const DeviceCommand& earlier, DeviceCommand& newer) {
+  for (int i = 0; i < earlier.count; ++i) {
+    const auto from = static_cast<std::size_t>(i);
+    const auto end = newer.signals.begin() + newer.count;
+    if (std::find(newer.signals.begin(), end, earlier.signals[from]) != end) continue;
+    const auto to = static_cast<std::size_t>(newer.count++);
+    newer.signals[to] = earlier.signals[from];
+    newer.values[to] = earlier.values[from];
+  }
 }
 
 Validated<DeviceCommand> validate(const CellDescription& cell, int target, const RawDeviceCommand& raw) {

@@ -83,6 +83,7 @@ void OdeSystem::initial_state(std::span<double> x) const {
 }
 
 void OdeSystem::update_motion(double t, std::span<const double> x) {
+  motion_.time_s = t;
   for (const std::size_t i : active_)
     segments_[i].model->write_motion(t, x.data() + segments_[i].begin, motion_);
 }
@@ -100,6 +101,7 @@ void OdeSystem::evaluate_wrenches() {
 }
 
 void OdeSystem::update_stateless_motion(double t) {
+  motion_.time_s = t;
   for (const std::size_t i : active_)
     if (segments_[i].count == 0) segments_[i].model->write_motion(t, nullptr, motion_);
 }

@@ -32,6 +32,8 @@ class OdeSystem {
   void set_awake(std::span<const int> parts);
   /// All models again, Grounds included.
   void wake_all();
+  /// Number of Parts that may move.
+  std::size_t awake_count() const { return awake_.size(); }
   /// A range of the state vector.
   struct Range {
     std::size_t begin = 0, end = 0;
@@ -114,6 +116,8 @@ class OdeSystem {
   std::span<const Block> blocks() const { return blocks_; }
   /// True if pairs act by surface contact: they are stiff, and couple models beyond the connections.
   bool has_contacts() const { return contacts_ != nullptr && contacts_->any_acting(); }
+  /// Before the first motion: room for the motion of surfaces (CellMotion::surfaces).
+  void allow_surfaces() { motion_.surfaces.resize(motion_.bodies.size()); }
   /// The component that holds this one at present, or -1.
   int partner(int body) const { return interaction_.partner(body); }
   /// Typical sizes of all states.

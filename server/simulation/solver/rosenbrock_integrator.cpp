@@ -12,8 +12,7 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 constexpr double kFirstStep_s = 1e-4;
-// PI control of the step's size (Gustafsson 1991) for an error estimate of order h^3. A step that ends early is not of
-// the size that the control chose: the next one follows from its own error alone.
+// PI control of the step's size (Gustafsson 1991) for an error estimate of order h^3.
 constexpr double kSafety = 0.9, kProportional = 0.4 / 3.0, kIntegral = 0.7 / 3.0;
 constexpr double kLeastFactor = 0.2, kMaxFactor = 4.0;
 // Steps shortened for other reasons have tiny errors, which must not raise the expected error of the next
@@ -82,9 +81,7 @@ void RosenbrockIntegrator::load(StateReader& in) {
 
 void RosenbrockIntegrator::next_size(double h, bool cut_short) {
   const double error = std::max(trial_.error(), 1e-9);
-  const double factor =
-      kSafety * (cut_short ? std::pow(error, -1.0 / 3.0)
-                           : std::pow(error, -kIntegral) * std::pow(last_error_, kProportional));
+  const double factor = kSafety * std::pow(error, -kIntegral) * std::pow(last_error_, kProportional);
   const double proposed = h * std::clamp(factor, kLeastFactor, rejected_ ? 1.0 : kMaxFactor);
   // A step that ended for another reason does not lower the proposed size.
   step_ = std::max(cut_short ? std::max(step_, proposed) : proposed, kSmallestStep_s);
@@ -208,8 +205,8 @@ bool RosenbrockIntegrator::find_step(OdeSystem& system, double t, double whole_s
       ++statistics_.forced_steps;
       // Whatever its error, the step must not drive.
       trial_.set_linearisation(Linearisation::secant);
-      const bool begun = begin(system, t, h, false, x) &&
-                         trial_.four_stages(system, t, h, x) != Outcome::not_finite;
+      const bool begun =
+          begin(system, t, h, false, x) && trial_.four_stages(system, t, h, x) != Outcome::not_finite;
       trial_.set_linearisation(Linearisation::tangent);
       if (!begun) {
         failure_ = "no step succeeded, however small, at t = " + std::to_string(t) + " s";

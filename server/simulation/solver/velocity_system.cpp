@@ -163,7 +163,7 @@ void VelocitySystem::find_rates(OdeSystem& system, double t) {
   has_rates_ = false;
   const auto moved_by_time = [&](int body, const End& end) {
     if (body < 0 || end.unit >= 0 || unit_of_body_[static_cast<std::size_t>(body)] >= 0) return false;
-    return !(system.motion().bodies[static_cast<std::size_t>(body)].V_WB == Twist{});
+    return !(system.motion().carrier(body).V_WB == Twist{});
   };
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
     ends_[i].rate.setZero();
@@ -173,7 +173,7 @@ void VelocitySystem::find_rates(OdeSystem& system, double t) {
   }
   if (!has_rates_) return;
   const auto twist_at = [&](int body, const Vec3& p_W) {
-    const BodyMotion& motion = system.motion().bodies[static_cast<std::size_t>(body)];
+    const BodyMotion& motion = system.motion().carrier(body);
     return Twist{motion.V_WB.at(p_W - motion.X_WB.p), motion.V_WB.w};
   };
   const auto for_each_moved = [&](const auto& visit) {

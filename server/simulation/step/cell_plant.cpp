@@ -34,7 +34,17 @@ CellPlant::CellPlant(const CellModel& model, const ComponentInteraction& interac
       throw std::invalid_argument("the device '" + model.description.devices[i].name +
                                   "' has no plant model");
   }
-  for (const GroundModel& ground : model.grounds) grounds_.emplace_back(ground.component, ground.X_WB);
+  order_carriers();
+  if (!carriers_.empty()) movable_.resize(model.components.size(), 0), moving_ = movable_;
+  std::vector<char> carried = movable_;
+  for (const GroundCarrier* carrier : carriers_) {
+    for (const int ground : carrier->carried())
+      movable_[static_cast<std::size_t>(ground)] = carried[static_cast<std::size_t>(ground)] = 1;
+    if (carrier->belt() >= 0) movable_[static_cast<std::size_t>(carrier->belt())] = 1;
+  }
+  for (const GroundModel& ground : model.grounds)
+    if (carried.empty() || carried[static_cast<std::size_t>(ground.component)] == 0)
+      grounds_.emplace_back(ground.component, ground.X_WB);
   for (std::size_t r = 0; r < robots_.size(); ++r) {
     std::vector<const ParallelGripper*> mounted;
     for (const ParallelGripper& gripper : grippers_)
@@ -55,6 +65,30 @@ CellPlant::CellPlant(const CellModel& model, const ComponentInteraction& interac
   reset();
 }
 
+/// A carrier follows the one that moves the Ground it stands on.
+void CellPlant::order_carriers() {
+  std::vector<PlantModel*> left;
+  for (const auto& model : auxiliary_)
+    if (dynamic_cast<const GroundCarrier*>(model.get()) != nullptr) left.push_back(model.get());
+  while (!left.empty()) {
+    const auto waits = [&left](PlantModel* model) {
+      const auto* carrier = dynamic_cast<const GroundCarrier*>(model);
+      const int on = carrier->belt() >= 0 ? carrier->belt() : carrier->mount();
+      return std::any_of(left.begin(), left.end(), [on](PlantModel* other) {
+        const std::span<const int> carried = dynamic_cast<const GroundCarrier*>(other)->carried();
+        return std::find(carried.begin(), carried.end(), on) != carried.end();
+      });
+    };
+    const auto next = std::find_if_not(left.begin(), left.end(), waits);
+    if (next == left.end())
+      throw std::invalid_argument(
+          "axes stand on each other in a circle: mounted_on must lead to a ground that stands");
+    carrier_models_.push_back(*next);
+    carriers_.push_back(dynamic_cast<GroundCarrier*>(*next));
+    left.erase(next);
+  }
+}
+
 void CellPlant::reset() {
   for (KinematicRobot& robot : robots_) robot.reset();
   for (ParallelGripper& gripper : grippers_) gripper.reset();
@@ -70,6 +104,8 @@ void CellPlant::reset() {
   system_->reset_counts();
   integrator_->reset();
   energies_.assign(robots_.size(), {0.0, 0.0});
+  forced_.clear();
+  now_s_ = 0.0;
 }
 
 bool CellPlant::any_dynamic() const {
@@ -83,6 +119,12 @@ const SolverParameters& CellPlant::solver() const {
 
 void CellPlant::build() {
   std::vector<PlantModel*> models;
+  // Where something carries Grounds, all Grounds come first: others may stand on these. None of them has states.
+  const auto add_grounds = [&] {
+    for (FixedBody& ground : grounds_) models.push_back(&ground);
+  };
+  if (!carriers_.empty()) add_grounds();
+  models.insert(models.end(), carrier_models_.begin(), carrier_models_.end());
   std::size_t begin = 0;
   for (std::size_t r = 0; r < robots_.size(); ++r) {
     segment_begin_[r] = begin;
@@ -98,16 +140,19 @@ void CellPlant::build() {
   auxiliary_begin_ = begin;
   auxiliary_segments_.clear();
   for (const auto& further : auxiliary_) {
-    models.push_back(further.get());
+    if (std::find(carrier_models_.begin(), carrier_models_.end(), further.get()) == carrier_models_.end())
+      models.push_back(further.get());
     auxiliary_segments_.push_back(begin);
     begin += static_cast<std::size_t>(further->state_count());
   }
-  for (FixedBody& ground : grounds_) models.push_back(&ground);
+  if (carriers_.empty()) add_grounds();
   for (RigidBody& part : parts_) models.push_back(&part);
   parts_begin_ = begin;
   system_ = std::make_unique<OdeSystem>(std::move(models), interaction_, model_.components.size(),
                                         robots_.size(), contacts_);
   system_->set_force_elements(force_elements_);
+  const auto moves_surface = [](const GroundCarrier* carrier) { return carrier->belt() >= 0; };
+  if (std::any_of(carriers_.begin(), carriers_.end(), moves_surface)) system_->allow_surfaces();
   x_.resize(static_cast<std::size_t>(system_->state_count()));
   accepted_.resize(x_.size());
   system_->set_clock(clock_);
@@ -137,6 +182,44 @@ void CellPlant::keep_accepted() {
 void CellPlant::read_signals(std::size_t device, double t, std::span<double> signals) const {
   const auto [model, place] = devices_[device];
   model->read_signals(t, x_.data() + auxiliary_segments_[place], system_->motion(), signals);
+  for (const ForcedSignal& forced : forced_) {
+    const auto signal = static_cast<std::size_t>(forced.ref.signal);
+    if (forced.ref.device == static_cast<int>(device) && signal < signals.size())
+      signals[signal] = forced.value;
+  }
+}
+
+double CellPlant::signal_value(SignalRef ref) const {
+  for (const ForcedSignal& forced : forced_)
+    if (forced.ref == ref) return forced.value;
+  const auto device = static_cast<std::size_t>(ref.device), signal = static_cast<std::size_t>(ref.signal);
+  if (device >= devices_.size()) return machines_ != nullptr ? machines_->value(ref) : 0.0;
+  const auto [model, place] = devices_[device];
+  if (const std::span<const double> kept = model->kept_signals(); !kept.empty()) return kept[signal];
+  std::array<double, kMaxSignals> all{};
+  model->read_signals(now_s_, x_.data() + auxiliary_segments_[place], system_->motion(),
+                      std::span(all).first(model_.description.devices[device].signals.size()));
+  return all[signal];
+}
+
+ForcedSignal* CellPlant::forced(SignalRef ref) {
+  const auto found = std::find_if(forced_.begin(), forced_.end(),
+                                  [&](const ForcedSignal& forced) { return forced.ref == ref; });
+  return found == forced_.end() ? nullptr : &*found;
+}
+
+void CellPlant::force(const ForcedSignal& signal) {
+  const auto place =
+      std::lower_bound(forced_.begin(), forced_.end(), signal,
+                       [](const ForcedSignal& a, const ForcedSignal& b) { return a.ref < b.ref; });
+  if (place != forced_.end() && place->ref == signal.ref)
+    *place = signal;
+  else
+    forced_.insert(place, signal);
+}
+
+void CellPlant::release(SignalRef ref) {
+  std::erase_if(forced_, [&](const ForcedSignal& forced) { return forced.ref == ref; });
 }
 
 bool CellPlant::decide(double t) {
@@ -145,6 +228,18 @@ bool CellPlant::decide(double t) {
     changed |= auxiliary_[i]->decide(t, x_.data() + auxiliary_segments_[i], system_->motion());
   if (changed) integrator_->restart();
   return changed;
+}
+
+const std::vector<char>& CellPlant::find_moving_grounds(double t) {
+  std::fill(moving_.begin(), moving_.end(), 0);
+  for (const GroundCarrier* carrier : carriers_) {
+    const bool mount_moves =
+        carrier->mount() >= 0 && moving_[static_cast<std::size_t>(carrier->mount())] != 0;
+    if (!mount_moves && carrier->at_rest(t)) continue;
+    for (const int ground : carrier->carried()) moving_[static_cast<std::size_t>(ground)] = 1;
+    if (carrier->belt() >= 0) moving_[static_cast<std::size_t>(carrier->belt())] = 1;
+  }
+  return moving_;
 }
 
 void CellPlant::set_clock(double (*now_s)()) {
@@ -234,6 +329,10 @@ void CellPlant::save(StateWriter& out) {
   for (const KinematicRobot& robot : robots_) robot.save(out);
   for (const ParallelGripper& gripper : grippers_) gripper.save(out);
   for (const auto& further : auxiliary_) further->save(out);
+  out.put_size(forced_.size());
+  for (const ForcedSignal& forced : forced_)
+    out.put(forced.ref.device), out.put(forced.ref.signal), out.put(forced.value), out.put(forced.underneath),
+        out.put(static_cast<std::uint8_t>(forced.action));
   out.put_size(x_.size());
   out.put(std::span<const double>(x_));
   if (integrator_->hides_history()) {
@@ -256,6 +355,24 @@ void CellPlant::load(StateReader& in) {
   for (KinematicRobot& robot : robots_) robot.load(in);
   for (ParallelGripper& gripper : grippers_) gripper.load(in);
   for (const auto& further : auxiliary_) further->load(in);
+  forced_.clear();
+  const int owners = signal_owner_count(model_.description);
+  for (std::size_t i = in.size(static_cast<std::size_t>(owners * kMaxSignals), "forced signals"); i > 0;
+       --i) {
+    ForcedSignal forced;
+    forced.ref.device = in.integer<int>(0, owners - 1, "the owner of a forced signal");
+    const auto signals = signals_of(model_.description, forced.ref.device);
+    forced.ref.signal = in.integer<int>(0, static_cast<int>(signals.size()) - 1, "a forced signal");
+    forced.value = in.number("a forced value");
+    const auto [kind, index] = signal_owner(model_.description, forced.ref.device);
+    forced.underneath =
+        kind == SignalOwnerKind::gripper
+            ? in.number(0.0, grippers_[index].parameters().max_width_m, "a width under a forced signal")
+            : in.number("the value under a forced one");
+    forced.action = static_cast<GripperAction>(
+        in.integer(0, static_cast<int>(GripperAction::width), "the action under a forced signal"));
+    force(forced);
+  }
   build();
   in.expect_size(x_.size(), "states");
   in.numbers(x_, "a state");

@@ -14,13 +14,22 @@
 #include <vector>
 
 #include "plant_models/device_model.h"
+#include "plant_models/ground_carrier.h"
 #include "plant_models/mechanics/fixed_body.h"
 #include "plant_models/robot/dynamic_robot.h"
 #include "server/simulation/model/cell_model.h"
+#include "server/simulation/model/signals.h"
 #include "server/simulation/solver/integrator.h"
 #include "server/simulation/solver/ode_system.h"
 
 namespace takt {
+
+/// Present values of the signals of grippers and robots.
+class MachineSignals {
+ public:
+  virtual ~MachineSignals() = default;
+  virtual double value(SignalRef ref) const = 0;
+};
 
 class CellPlant {
  public:
@@ -59,16 +68,48 @@ class CellPlant {
   std::size_t part_begin(std::size_t part) const { return parts_begin_ + part * RigidBody::kStates; }
   std::size_t parts_begin() const { return parts_begin_; }
   std::span<const ForceElement* const> force_elements() const { return force_elements_; }
+  /// The models that move Grounds or their surfaces, in the order of their motion.
+  std::span<GroundCarrier* const> carriers() const { return carriers_; }
+  /// By component: a Ground that may move, or whose surface may; empty without carriers.
+  const std::vector<char>& movable_grounds() const { return movable_; }
+  /// Discrete, after the commands of a step at time t: by component, whether it is a Ground that moves in this step, or whose
+  /// surface does. Empty without carriers.
+  const std::vector<char>& find_moving_grounds(double t);
   std::span<const double> auxiliary_states() const {
     return std::span<const double>(x_).subspan(auxiliary_begin_, parts_begin_ - auxiliary_begin_);
   }
   /// By its index among the cell's devices.
   DeviceModel& device(std::size_t index) { return *devices_[index].first; }
+  /// Present values with forced ones in place of others.
   void read_signals(std::size_t device, double t, std::span<double> signals) const;
+  /// Present value of any signal of the cell (signals.h), forced ones included: for all that read a signal of another
+  /// device. `device` counts devices, then grippers, then robots.
+  double signal(int device, int signal) const { return signal_value({device, signal}); }
+  double signal_value(SignalRef ref) const;
+  /// In the order of the references.
+  std::span<const ForcedSignal> forced_signals() const { return forced_; }
+  /// Null where the signal is not forced.
+  ForcedSignal* forced(SignalRef ref);
+  void force(const ForcedSignal& signal);
+  void release(SignalRef ref);
+  /// The time at which signals are read, and the reader of those of grippers and robots.
+  void set_time(double t) { now_s_ = t; }
+  double time() const { return now_s_; }
+  void set_machine_signals(const MachineSignals* machines) { machines_ = machines; }
   /// Between two steps: discrete decisions of auxiliary models (PlantModel::decide). The motion must be that
   /// of (t, state()); true if the decisions have changed it.
   bool decide(double t);
   std::string describe_state(std::size_t state) const;
+
+  /// False while a safety device stops the cell: no device may set anything in motion. Grippers hold.
+  bool motion_allowed() const { return motion_allowed_; }
+  void allow_motion(bool allowed) {
+    motion_allowed_ = allowed;
+    for (GroundCarrier* carrier : carriers_) carrier->allow_motion(now_s_, allowed);
+  }
+  /// Share of its time that a trajectory advances by, 0 to 1.
+  double speed_override() const { return speed_override_; }
+  void set_speed_override(double share) { speed_override_ = share; }
 
   std::vector<KinematicRobot>& robots() { return robots_; }
   const std::vector<KinematicRobot>& robots() const { return robots_; }
@@ -103,6 +144,7 @@ class CellPlant {
 
  private:
   void build();
+  void order_carriers();
   std::size_t jaw_joint(std::size_t robot, std::size_t place, ParallelGripper::Side side) const;
 
   const CellModel& model_;
@@ -113,7 +155,10 @@ class CellPlant {
   std::vector<std::unique_ptr<PlantModel>> auxiliary_;
   std::vector<const ForceElement*> force_elements_;            ///< the force elements among auxiliary_
   std::vector<std::pair<DeviceModel*, std::size_t>> devices_;  ///< by device: model, place among auxiliary_
-  std::vector<FixedBody> grounds_;
+  std::vector<PlantModel*> carrier_models_;                    ///< of carriers_, ahead of all other models
+  std::vector<GroundCarrier*> carriers_;
+  std::vector<char> movable_, moving_;  ///< by component
+  std::vector<FixedBody> grounds_;      ///< that no carrier moves
   std::vector<RigidBody> parts_;
   std::vector<std::unique_ptr<DynamicRobot>> dynamic_;  ///< by robot; null where the scenario has no dynamics
   std::vector<int> levels_;                             ///< by robot
@@ -125,7 +170,12 @@ class CellPlant {
   std::vector<double> x_, accepted_;
   std::vector<std::size_t> auxiliary_segments_;  ///< by further model: begin of its states
   std::size_t auxiliary_begin_ = 0, parts_begin_ = 0;
+  std::vector<ForcedSignal> forced_;
+  const MachineSignals* machines_ = nullptr;
+  double now_s_ = 0.0;
   double (*clock_)() = nullptr;
+  bool motion_allowed_ = true;
+  double speed_override_ = 1.0;
 };
 
 }  // namespace takt

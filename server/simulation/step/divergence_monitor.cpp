@@ -114,6 +114,25 @@ void DivergenceMonitor::note_grippers(const CellMotion& motion, std::span<const 
   }
 }
 
+void DivergenceMonitor::note_carriers(const CellMotion& motion, std::span<const int> parts,
+                                      const ComponentInteraction& interaction, const CellPlant& plant) {
+  const std::vector<char>& movable = plant.movable_grounds();
+  for (std::size_t c = 0; c < movable.size(); ++c) {
+    if (movable[c] == 0) continue;
+    const Twist& V = motion.bodies[c].V_WB;
+    gripper_m_per_s_ = std::max(gripper_m_per_s_, V.v.norm() + V.w.norm() * lever_m_);
+  }
+  if (movable.empty()) return;
+  for (const int i : parts) {
+    const int part = model_.parts[static_cast<std::size_t>(i)].body, partner = interaction.partner(part);
+    if (partner < 0 || movable[static_cast<std::size_t>(partner)] == 0) continue;
+    const BodyMotion& carrier = motion.carrier(partner);
+    const Vec3 arm = motion.bodies[static_cast<std::size_t>(part)].p_WBcm - carrier.X_WB.p;
+    gripper_m_per_s_ =
+        std::max(gripper_m_per_s_, carrier.V_WB.at(arm).norm() + carrier.V_WB.w.norm() * lever_m_);
+  }
+}
+
 void DivergenceMonitor::note_force_elements(double time_s, const CellMotion& motion, const CellPlant& plant) {
   if (plant.force_elements().empty()) return;
   std::fill(wrenches_.begin(), wrenches_.end(), Wrench{});
@@ -166,6 +185,7 @@ std::string DivergenceMonitor::runaway_joint(double time_s, const CellPlant& pla
 std::string DivergenceMonitor::look(double time_s, std::span<const int> parts, const CellMotion& motion,
                                     const ComponentInteraction& interaction, const CellPlant& plant) {
   note_grippers(motion, parts, interaction);
+  note_carriers(motion, parts, interaction, plant);
   note_force_elements(time_s, motion, plant);
   for (const int i : parts) {
     const auto part = static_cast<std::size_t>(i);

@@ -46,6 +46,8 @@ class DivergenceMonitor {
   double speed_of_energy(std::size_t part, const BodyMotion& motion) const;
   void note_grippers(const CellMotion& motion, std::span<const int> parts,
                      const ComponentInteraction& interaction);
+  void note_carriers(const CellMotion& motion, std::span<const int> parts,
+                     const ComponentInteraction& interaction, const CellPlant& plant);
   void note_force_elements(double time_s, const CellMotion& motion, const CellPlant& plant);
   std::string runaway_joint(double time_s, const CellPlant& plant) const;
 

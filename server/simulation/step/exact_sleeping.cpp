@@ -15,7 +15,8 @@ ExactSleeping::ExactSleeping(const std::vector<Component>& components, std::vect
       index_of_(components.size(), -1),
       groups_(parts_.size()),
       holds_awake_(parts_.size(), 0),
-      asleep_(parts_.size(), 0) {
+      asleep_(parts_.size(), 0),
+      parked_(parts_.size(), 0) {
   for (std::size_t i = 0; i < parts_.size(); ++i)
     index_of_[static_cast<std::size_t>(parts_[i])] = static_cast<int>(i);
   awake_.reserve(parts_.size());
@@ -24,7 +25,7 @@ ExactSleeping::ExactSleeping(const std::vector<Component>& components, std::vect
 }
 
 void ExactSleeping::wake_all() {
-  std::fill(asleep_.begin(), asleep_.end(), 0);
+  std::copy(parked_.begin(), parked_.end(), asleep_.begin());
   groups_valid_ = false;
   list_awake();
 }
@@ -72,7 +73,7 @@ bool ExactSleeping::wake_changed(const ComponentInteraction& interaction) {
       holds_awake_[static_cast<std::size_t>(groups_.root(place))] = 1;
     }
     for (std::size_t i = 0; i < parts_.size(); ++i) {
-      if (asleep_[i] == 0 || holds_awake_[groups_.root(i)] == 0) continue;
+      if (asleep_[i] == 0 || parked_[i] != 0 || holds_awake_[groups_.root(i)] == 0) continue;
       asleep_[i] = 0;
       woken = true;
     }
@@ -84,6 +85,28 @@ bool ExactSleeping::wake_changed(const ComponentInteraction& interaction) {
   return woken;
 }
 
+bool ExactSleeping::wake_carried(const ComponentInteraction& interaction,
+                                 const std::vector<char>& moving_grounds) {
+  moving_grounds_ = moving_grounds;
+  if (std::find(moving_grounds_.begin(), moving_grounds_.end(), 1) == moving_grounds_.end()) return false;
+  if (awake_.size() == parts_.size()) return false;
+  if (!groups_valid_) rebuild_groups(interaction);
+  std::fill(holds_awake_.begin(), holds_awake_.end(), 0);
+  for (std::size_t i = 0; i < parts_.size(); ++i)
+    for (const PairConnection& pair : interaction.connections_of(parts_[i]))
+      if (moving_grounds_[static_cast<std::size_t>(pair.connection.partner)] != 0)
+        holds_awake_[static_cast<std::size_t>(groups_.root(static_cast<int>(i)))] = 1;
+  bool woken = false;
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    if (asleep_[i] == 0 || holds_awake_[static_cast<std::size_t>(groups_.root(static_cast<int>(i)))] == 0)
+      continue;
+    asleep_[i] = 0;
+    woken = true;
+  }
+  if (woken) list_awake();
+  return woken;
+}
+
 bool ExactSleeping::rest_unchanged(const ComponentInteraction& interaction, std::span<const double> before,
                                    std::span<const double> after) {
   if (!groups_valid_) rebuild_groups(interaction);
@@ -91,13 +114,14 @@ bool ExactSleeping::rest_unchanged(const ComponentInteraction& interaction, std:
   for (const int i : awake_indices_) {
     const auto place = static_cast<std::size_t>(i);
     const std::span<const PairConnection> connections = interaction.connections_of(parts_[place]);
-    const bool gripped =
+    const bool carried =
         std::any_of(connections.begin(), connections.end(), [this](const PairConnection& pair) {
-          return components_[static_cast<std::size_t>(pair.connection.partner)].type ==
-                 ComponentType::gripper;
+          const auto partner = static_cast<std::size_t>(pair.connection.partner);
+          return components_[partner].type == ComponentType::gripper ||
+                 (!moving_grounds_.empty() && moving_grounds_[partner] != 0);
         });
     const std::size_t first = place * RigidBody::kStates;
-    if (gripped || std::memcmp(&before[first], &after[first], RigidBody::kStates * sizeof(double)) != 0)
+    if (carried || std::memcmp(&before[first], &after[first], RigidBody::kStates * sizeof(double)) != 0)
       holds_awake_[groups_.root(place)] = 1;
   }
   bool rested = false;

@@ -3,7 +3,7 @@
 //
 // With a one-step solver, the next states of a Part are a function of its own states, its connections, and
 // the states of the Parts it is connected with (directly or through others: its group), as long as no Gripper
-// is connected with any of them; Grounds do not move. So if one step left all states of a group unchanged,
+// is connected with any of them, and no Ground that moves. So if one step left all states of a group unchanged,
 // bit for bit, the next step would do the same, and so on until a connection of the group changes. Unlike the
 // sleeping of physics engines this has no threshold: a moving Part never sleeps.
 #include <span>
@@ -26,6 +26,9 @@ class ExactSleeping {
   /// After the decision on the connections of a step: wakes the groups, old and new, of Parts with a changed
   /// connection. True if the awake Parts changed.
   bool wake_changed(const ComponentInteraction& interaction);
+  /// Discrete, before a step and after wake_changed(): by component, the Grounds that move in it. Wakes the groups of Parts
+  /// that are connected with one. True if the awake Parts changed.
+  bool wake_carried(const ComponentInteraction& interaction, const std::vector<char>& moving_grounds);
   /// After a step: `before` and `after` are the whole state vector. True if the awake Parts changed.
   bool rest_unchanged(const ComponentInteraction& interaction, std::span<const double> before,
                       std::span<const double> after);
@@ -35,6 +38,15 @@ class ExactSleeping {
   void set_asleep(std::size_t place, bool asleep) { asleep_[place] = asleep ? 1 : 0; }
   bool is_asleep(std::size_t place) const { return asleep_[place] != 0; }
   void list_awake();
+  /// A parked Part is out of the cell: it is left out until it is brought in, whatever wakes others. Call
+  /// list_awake() after the last change.
+  void set_parked(std::size_t place, bool parked) {
+    parked_count_ += parked ? 1 : 0;
+    parked_count_ -= parked_[place] != 0 ? 1 : 0;
+    parked_[place] = asleep_[place] = parked ? 1 : 0;
+  }
+  bool is_parked(std::size_t place) const { return parked_[place] != 0; }
+  bool any_parked() const { return parked_count_ > 0; }
   /// Place of a component, or -1 if it is not a Part.
   int place_of(int component) const { return index_of_[static_cast<std::size_t>(component)]; }
   const std::vector<int>& parts() const { return parts_; }
@@ -56,7 +68,10 @@ class ExactSleeping {
   DisjointSets groups_;        ///< of places
   /// By lowest place of a group: a Gripper holds the group, or a state changed.
   std::vector<char> holds_awake_;
-  std::vector<char> asleep_;  ///< by place
+  std::vector<char> asleep_;          ///< by place
+  std::vector<char> moving_grounds_;  ///< by component, in this step; or empty
+  std::vector<char> parked_;          ///< by place
+  std::size_t parked_count_ = 0;
   std::vector<int> awake_, awake_indices_;
   bool groups_valid_ = false;
 };

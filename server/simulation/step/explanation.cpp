@@ -203,6 +203,8 @@ class Sentences {
       case PartState::placed:
         return "the Ground " + name(e_.state_because) +
                " holds it, and it touches no Part of another hierarchy";
+      case PartState::parked:
+        return "it is parked, outside of the cell, until a source brings it in";
       case PartState::free:
       case PartState::fixed:
         break;

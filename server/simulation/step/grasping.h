@@ -43,6 +43,8 @@ class Grasping {
   bool closed(std::size_t gripper) const {
     return modes_[gripper] == Mode::close || !states_[gripper].held.empty();
   }
+  /// The last command closes the jaws.
+  bool commanded_close(std::size_t gripper) const { return modes_[gripper] == Mode::close; }
   bool by_contact(std::size_t gripper) const { return by_contact_[gripper] != 0; }
   double commanded_width_m(std::size_t gripper) const { return widths_[gripper]; }
   /// The Part that both jaws touch, of several the first in the description; -1: none.

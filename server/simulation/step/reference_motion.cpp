@@ -158,7 +158,24 @@ bool ReferenceMotion::take_over(Following& following, double t, std::uint64_t st
   return true;
 }
 
-void ReferenceMotion::advance(double t, std::uint64_t step, bool watch) {
+void ReferenceMotion::stop(double t, std::uint64_t step) {
+  State& r = state_;
+  const bool commanded = r.now.path || r.later.path || r.streams;
+  if (r.brakes && !commanded) return;
+  JointArray q{}, v{};
+  kinematics_.joint_state(t, q.data(), v.data());
+  const bool moves = std::any_of(v.begin(), v.end(), [](double value) { return value != 0.0; });
+  if (!moves && !commanded) return;
+  if (r.now.path || r.later.path) note({.kind = MotionNotice::Kind::motion_refused}, t, step);
+  drop(t, step);
+  r.later = {};
+  r.streams = false;
+  brake_from(t);
+  // A set-point of this step must not move a robot at rest.
+  if (!r.brakes) kinematics_.set_point(t, step_s_, r.q.data(), JointArray{}.data());
+}
+
+void ReferenceMotion::advance(double t, std::uint64_t step, bool watch, double override) {
   State& r = state_;
   if (r.later.path && r.later.start_s <= t + kRounding_s) {
     if (take_over(r.later, t, step)) {
@@ -168,7 +185,7 @@ void ReferenceMotion::advance(double t, std::uint64_t step, bool watch) {
     r.later = {};
   }
   if (r.now.path) {
-    move_along(t, step);
+    move_along(t, step, override);
     return;
   }
   const CommandDeadline& limit = description_.command_deadline;
@@ -187,13 +204,15 @@ void ReferenceMotion::advance(double t, std::uint64_t step, bool watch) {
   if (r.brakes) continue_braking(t);
 }
 
-void ReferenceMotion::move_along(double t, std::uint64_t step) {
+void ReferenceMotion::move_along(double t, std::uint64_t step, double override) {
   State& r = state_;
   const double h = step_s_;
+  if (override != 1.0) r.now.start_s += (1.0 - override) * h;
   const double then = t + h - r.now.start_s;
   r.now.next = point_after(*r.now.path, r.now.next, then);
-  const JointPathPoint at =
-      evaluate(*r.now.path, r.now.begin, r.now.next, then, description_.arm.joints.size());
+  JointPathPoint at = evaluate(*r.now.path, r.now.begin, r.now.next, then, description_.arm.joints.size());
+  if (override != 1.0)
+    for (double& velocity : at.qd) velocity *= override;
   kinematics_.set_point(t, h, at.q.data(), at.qd.data());
   kinematics_.set_feed_forward(at.feed_forward.data());
   if (then < r.now.path->points.back().t - kRounding_s) return;

@@ -27,7 +27,7 @@ class StateWriter;
 class ReferenceMotion {
  public:
   /// Most notices of a robot in one step: one of each kind.
-  static constexpr std::size_t kMaxNotices = 4;
+  static constexpr std::size_t kMaxNotices = 5;
 
   /// All outlive it. Notices of each step are appended to `notices`.
   ReferenceMotion(const CellDescription& cell, std::size_t robot, KinematicRobot& kinematics,
@@ -40,7 +40,11 @@ class ReferenceMotion {
   /// The same; a notice reports the refusal of a trajectory that the robot cannot follow.
   void apply(const TrajectoryCommand& command, double t, std::uint64_t step);
   /// Before the step from t on: sets the set-point for its end. `watch`: deadlines are supervised.
-  void advance(double t, std::uint64_t step, bool watch);
+  /// A trajectory advances by the share `override` of the step; set-points and braking are not changed by it.
+  void advance(double t, std::uint64_t step, bool watch, double override = 1.0);
+  /// Ends all motion: the robot brakes on its path, as at a missed deadline. While it brakes, and at rest, the call has
+  /// no effect.
+  void stop(double t, std::uint64_t step);
 
   /// End of the present or next trajectory of the robot (s); negative: without trajectory.
   double trajectory_end_s() const;
@@ -70,7 +74,7 @@ class ReferenceMotion {
 
   bool take_over(Following& following, double t, std::uint64_t step);
   void drop(double t, std::uint64_t step);
-  void move_along(double t, std::uint64_t step);
+  void move_along(double t, std::uint64_t step, double override);
   /// Continues a late stream of a braking robot at the same velocity. False if the robot must brake to stay
   /// within its limits.
   bool goes_on(double t);

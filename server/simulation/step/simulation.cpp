@@ -57,8 +57,9 @@ Wrench Simulation::pair_wrench(const PairConnection& pair) const {
 }
 
 StepEvents Simulation::events() const {
-  return {impl_->changes, impl_->motion_notices, impl_->collisions, impl_->grip_loads.weak(),
-          impl_->alternation.found()};
+  return {impl_->changes,           impl_->motion_notices,      impl_->collisions,
+          impl_->grip_loads.weak(), impl_->alternation.found(), impl_->device_notices,
+          impl_->device_messages};
 }
 
 const GripLoad& Simulation::grip_load(std::size_t gripper) const {

@@ -24,6 +24,7 @@
 #include "server/contact/surface/contact_interaction.h"
 #include "server/simulation/model/cell_description.h"
 #include "server/simulation/model/command.h"
+#include "server/simulation/model/signals.h"
 #include "server/simulation/model/snapshot.h"
 #include "server/simulation/model/solver.h"
 #include "server/simulation/step/explanation.h"
@@ -64,6 +65,8 @@ struct StepEvents {
   std::span<const WeakGrip> weak_grips;  ///< grips that were found too weak at its beginning
   /// Alternating contact forces detected at the beginning of the step; each Part once.
   std::span<const AlternatingForce> alternating_forces;
+  std::span<const DeviceNotice> device_notices;
+  std::span<const DeviceMessage> device_messages;  ///< at its beginning; first step: also of the start
 };
 
 class Simulation {
@@ -167,6 +170,17 @@ class Simulation {
   /// Moves a Part at once: pose of its frame B and twist of B's origin. Its connections are decided in the
   /// next step and take their offsets there. Empty on success, else the reason, without any change.
   std::string set_component_state(int component, const Pose& X_WB, const Twist& V_WB);
+
+  /// Gives the signal this value until it is released, whatever commands, wires and the device say; an input takes it
+  /// as it would take a command. `value` must be one of the signal (wrong_value()). reset() releases all. Empty on
+  /// success, else the fault, or the other input of a gripper that is forced already. May allocate.
+  std::string force_signal(SignalRef ref, double value);
+  /// A reported signal has its measured value again, an input that of its newest command or wire. Empty on success, else
+  /// the reason: it is not forced.
+  std::string release_signal(SignalRef ref);
+  std::span<const ForcedSignal> forced_signals() const;
+  /// Present value, forced ones included.
+  double signal(SignalRef ref) const;
 
   /// All closed connections, by base, then target; valid until the next step or reset.
   std::span<const PairConnection> connections() const;

@@ -27,6 +27,7 @@ Simulation::Impl::Impl(std::shared_ptr<const CellModel> cell_model)
       grip_loads(*model),
       alternation(*model),
       plant(*model, interaction, &contacts),
+      signals(*model, plant, grasping),
       exact_sleeping(model->components, part_bodies(*model)),
       threshold_sleeping(model->components, model->contact.sleeping, model->step_s, contacts, exact_sleeping),
       part_hashes(model->parts.size(), 0),
@@ -36,10 +37,18 @@ Simulation::Impl::Impl(std::shared_ptr<const CellModel> cell_model)
       watch(*model),
       history(model->components.size()) {
   for (const MechanismModel& mechanism : model->mechanisms) mechanisms.push_back(mechanism.make());
+  for (std::size_t d = 0; d < model->description.devices.size(); ++d)
+    if (const auto* hashed = dynamic_cast<const HashedState*>(&plant.device(d)))
+      hashed_devices.push_back(hashed);
   changes.reserve(2 * model->parts.size());
+  device_notices.reserve(model->description.devices.size() + 2 * model->parts.size());
   motion_notices.reserve(ReferenceMotion::kMaxNotices * model->robots.size());
   for (std::size_t r = 0; r < model->robots.size(); ++r)
     reference_motions.emplace_back(model->description, r, plant.robots()[r], motion_notices);
+  if (!plant.carriers().empty()) {
+    interaction.allow_sliding();
+    contacts.set_movable_grounds(plant.movable_grounds());
+  }
   if (model->clearance.enabled) {
     monitor =
         std::make_unique<ClearanceMonitor>(model->clearance, base_poses(*model), model->components.size());
@@ -60,6 +69,7 @@ void Simulation::Impl::start() {
   }
   choose_forces();
   plant.reset();
+  park_pools();
   exact_sleeping.wake_all();
   threshold_sleeping.wake_all();
   std::fill(part_hashes.begin(), part_hashes.end(), 0);
@@ -70,7 +80,9 @@ void Simulation::Impl::start() {
   hash.reset();
   fault.clear();
   changes.clear();
+  device_messages.clear();
   collisions.clear();
+  device_notices.clear();
   if (monitor) monitor->reset();
   history.reset();
   watch.reset();
@@ -81,6 +93,9 @@ void Simulation::Impl::start() {
   for (auto& counter : device_commands) counter = {};
   for (ReferenceMotion& motion : reference_motions) motion.reset();
   motion_notices.clear();
+  refused.assign(model->robots.size(), 0);
+  plant.allow_motion(true);
+  plant.set_speed_override(1.0);
   motion_is_current = false;
   choose_grippers();
   note_yielding();
@@ -175,17 +190,31 @@ void Simulation::Impl::apply(const JointCommand& command) {
             " s is not a finite number; the last accepted state is kept.";
     return;
   }
+  if (refuses(robot, false)) return;
   reference_motions[robot].apply(command, time(), step_index);
   robot_commands[robot].note(command.stamp);
 }
 
+bool Simulation::Impl::refuses(std::size_t robot, bool each_time) {
+  if (plant.motion_allowed()) return false;
+  if (each_time || refused[robot] == 0) {
+    MotionNotice notice{.kind = MotionNotice::Kind::motion_refused};
+    notice.time_s = time(), notice.step = step_index, notice.robot = static_cast<int>(robot);
+    motion_notices.push_back(notice);
+  }
+  refused[robot] = 1;
+  return true;
+}
+
 void Simulation::Impl::apply(const GripperCommand& command) {
-  grasping.apply(command, time(), plant);
+  if (!plant.motion_allowed()) return;  // grippers hold what they hold
+  signals.apply(command, time());
   gripper_commands[static_cast<std::size_t>(command.gripper)].note(command.stamp);
 }
 
 void Simulation::Impl::apply(const TrajectoryCommand& command) {
   const auto robot = static_cast<std::size_t>(command.robot);
+  if (!command.path->points.empty() && refuses(robot, true)) return;
   reference_motions[robot].apply(command, time(), step_index);
   robot_commands[robot].note(command.stamp);
 }
@@ -199,6 +228,11 @@ void Simulation::Impl::apply(const DeviceCommand& command) {
   bool jumps = false;
   for (int i = 0; i < command.count; ++i) {
     const auto at = static_cast<std::size_t>(i);
+    const SignalRef ref{command.device, command.signals[at]};
+    if (ForcedSignal* forced = plant.forced(ref)) {
+      forced->underneath = command.values[at];
+      continue;
+    }
     if (present[command.signals[at]] == command.values[at]) continue;
     plant.device(device).set_signal(time(), command.signals[at], command.values[at]);
     jumps = true;
@@ -213,6 +247,10 @@ void Simulation::Impl::decide() {
   if (model->auxiliary_models.empty()) return;
   refresh_motion();
   if (plant.decide(time())) motion_is_current = false;
+  if (step_index > 0) device_messages.clear();
+  for (std::size_t d = 0; d < model->description.devices.size(); ++d)
+    if (std::string said = plant.device(d).take_message(); !said.empty())
+      device_messages.push_back({time(), step_index, static_cast<int>(d), std::move(said)});
   contacts.update_friction(system().motion().heat);
 }
 
@@ -236,8 +274,14 @@ void Simulation::Impl::update_connections() {
   grip_loads.update(time(), step_index, system().motion(), interaction, grasping, plant);
   for (const auto& mechanism : mechanisms)
     mechanism_let_go |= mechanism->update(model->step_s, system().motion(), plant, interaction);
+  note_devices();
   history.note(time(), step_index, interaction.changes());
-  const bool changed = exact_sleeping.wake_changed(interaction);
+  bool changed = exact_sleeping.wake_changed(interaction);
+  if (!plant.carriers().empty()) {
+    const std::vector<char>& moving = plant.find_moving_grounds(time());
+    changed |= exact_sleeping.wake_carried(interaction, moving);
+    threshold_sleeping.set_moving_grounds(moving);
+  }
   const bool reached = contacts.any_acting() && threshold_sleeping.wake_reached(system().motion());
   if (changed || reached) system().set_awake(exact_sleeping.awake());
   if (reached || !interaction.disturbed().empty()) plant.integrator().restart();
@@ -299,9 +343,22 @@ void Simulation::Impl::hash_robots() {
     hash.add(std::span<const double>(qd.data(), n));
   }
   if (!model->auxiliary_models.empty()) hash.add(plant.auxiliary_states());
+  for (const HashedState* device : hashed_devices) hash.add(device->discrete_hash());
+  for (const GroundCarrier* carrier : plant.carriers()) hash.add(carrier->coordinate(time()));
   for (const ParallelGripper& gripper : plant.grippers()) {
     hash.add(gripper.coordinate(time(), ParallelGripper::left));
     hash.add(gripper.coordinate(time(), ParallelGripper::right));
+  }
+  hash_signals();
+}
+
+void Simulation::Impl::hash_signals() {
+  for (std::size_t i = 0; i < device_commands.size(); ++i) hash.add(plant.device(i).kept_signals());
+  for (const ForcedSignal& forced : plant.forced_signals()) {
+    hash.add(static_cast<std::uint64_t>(forced.ref.device) << 32U |
+             static_cast<std::uint64_t>(forced.ref.signal));
+    hash.add(forced.value);
+    hash.add(forced.underneath);
   }
 }
 
@@ -348,19 +405,31 @@ bool Simulation::Impl::overlaps_at_start() {
 
 bool Simulation::Impl::step(std::span<const Command> commands) {
   if (overlaps_at_start()) return false;
-  // 1 apply commands
+  plant.set_time(time());
+  // 1 apply commands and wires
   motion_notices.clear();
   for (const Command& command : commands) {
     std::visit([this](const auto& c) { apply(c); }, command);
   }
   if (!fault.empty()) return false;
-  for (ReferenceMotion& motion : reference_motions) motion.advance(time(), step_index, watch_deadlines);
+  if (!model->description.wires.empty()) {
+    refresh_motion();
+    if (signals.follow_wires(time())) plant.integrator().restart();
+  }
+  begin_mechanisms();
+  for (ReferenceMotion& motion : reference_motions) {
+    if (!plant.motion_allowed()) motion.stop(time(), step_index);
+    motion.advance(time(), step_index, watch_deadlines, plant.speed_override());
+  }
   decide();
   // 2 update connections
   const auto now = [this] { return clock != nullptr ? clock() : 0.0; };
   const double t0 = now();
   update_connections();
   if (!fault.empty()) return false;
+  // Their places are known to all: parked Parts cost nothing from here on.
+  if (exact_sleeping.any_parked() && system().awake_count() != exact_sleeping.awake().size())
+    system().set_awake(exact_sleeping.awake());
   const double t1 = now();
   // 3 integrate t -> t + h
   plant.keep_accepted();

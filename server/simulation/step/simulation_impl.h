@@ -9,6 +9,7 @@
 
 #include "server/contact/clearance/clearance_monitor.h"
 #include "server/simulation/model/cell_model.h"
+#include "server/simulation/model/hashed_state.h"
 #include "server/simulation/model/state_hash.h"
 #include "server/simulation/step/cell_plant.h"
 #include "server/simulation/step/divergence_monitor.h"
@@ -17,6 +18,7 @@
 #include "server/simulation/step/grasping.h"
 #include "server/simulation/step/grip_loads.h"
 #include "server/simulation/step/reference_motion.h"
+#include "server/simulation/step/signal_image.h"
 #include "server/simulation/step/simulation.h"
 #include "server/simulation/step/threshold_sleeping.h"
 
@@ -55,9 +57,25 @@ struct Simulation::Impl {
   void find_near();
 
   void apply(const JointCommand& command);
+  /// A safety device stops the cell: a notice, at each command or at the first of a stop.
+  bool refuses(std::size_t robot, bool each_time);
   void apply(const GripperCommand& command);
   void apply(const TrajectoryCommand& command);
   void apply(const DeviceCommand& command);
+  /// What mechanisms do at the begin of a step: Parts that enter and leave, stop of all motion.
+  void begin_mechanisms();
+  void note_devices();
+  /// For StepControl: see there.
+  void park(int part);
+  void bring_in(int part, const Pose& X_WB, const Twist& V_WB);
+  /// A Part (its place) has another state, given by the user or a device.
+  void moved(std::size_t part, const Pose& X_WB, const Twist& V_WB);
+  /// Puts the Parts of pools back to where they are parked.
+  void park_pools();
+  bool is_parked(int component) const {
+    const int place = exact_sleeping.place_of(component);
+    return place >= 0 && exact_sleeping.is_parked(static_cast<std::size_t>(place));
+  }
   /// Discrete decisions of auxiliary plant models between steps.
   void decide();
   void update_connections();
@@ -65,6 +83,8 @@ struct Simulation::Impl {
   void check_clearances();
   bool accept();
   void hash_robots();
+  /// Signals that are plain numbers between steps, and forced ones.
+  void hash_signals();
   /// Each Part has a hash of its own, and the state's hash is chained over their sum: Parts at rest are not
   /// hashed again.
   void hash_parts();
@@ -128,6 +148,8 @@ struct Simulation::Impl {
   std::vector<std::unique_ptr<PartMechanism>> mechanisms;
   bool mechanism_let_go = false;  ///< attachments changed in the last step
   CellPlant plant;
+  std::vector<const HashedState*> hashed_devices;  ///< among those of the plant
+  SignalImage signals;
   ExactSleeping exact_sleeping;
   ThresholdSleeping threshold_sleeping;
   std::vector<std::uint64_t> part_hashes;
@@ -135,9 +157,12 @@ struct Simulation::Impl {
   std::vector<CommandCounter> robot_commands, gripper_commands, device_commands;
   std::vector<MotionNotice> motion_notices;        ///< of the most recent step
   std::vector<ReferenceMotion> reference_motions;  ///< by robot
+  std::vector<char> refused;                       ///< by robot: a command was refused in this stop
   bool watch_deadlines = false;
   std::vector<int> process_levels;  ///< at present
   std::vector<ConnectionChange> changes;
+  std::vector<DeviceNotice> device_notices;  ///< of the most recent step
+  std::vector<DeviceMessage> device_messages;
   DivergenceMonitor watch;
   std::vector<char> start_overlaps;           ///< by the model's entry: still present
   std::unique_ptr<ClearanceMonitor> monitor;  ///< nullptr without checked pairs

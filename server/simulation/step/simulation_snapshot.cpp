@@ -8,9 +8,6 @@
 namespace takt {
 
 namespace {
-constexpr double kJawStands_m_per_s = 1e-3;
-constexpr double kInPosition_m = 1e-4;
-
 void read_dynamics(const DynamicRobot::Output& output, RobotSample& sample) {
   sample.effort = output.torque;
   sample.flange_load_W = output.flange_load_W;
@@ -95,9 +92,7 @@ void Simulation::Impl::fill(Snapshot& snapshot) {
     GripperSample& sample = snapshot.grippers[i];
     fill_gripper(i, sample);
     const auto robot = static_cast<std::size_t>(model->description.grippers[i].robot);
-    if ((sample.part >= 0 && !grasping.by_contact(i)) || plant.dynamic(robot) == nullptr) continue;
-    for (const ParallelGripper::Side side : {ParallelGripper::left, ParallelGripper::right})
-      sample.force_N += 0.5 * std::abs(snapshot.robots[robot].effort[plant.jaw_joint(i, side)]);
+    signals.add_drive_force(i, snapshot.robots[robot].effort, sample);
   }
   fill_devices(snapshot);
   fill_contacts(snapshot.contacts);
@@ -116,7 +111,9 @@ void Simulation::Impl::fill_component(int component, ComponentSample& sample) {
   sample.q_WB = body.X_WB.quaternion();
   sample.V_WB = body.V_WB;
   sample.partner = interaction.partner(component);
-  sample.state = part_state(model->components, interaction.graph(), component, sample.partner);
+  sample.state = is_parked(component)
+                     ? PartState::parked
+                     : part_state(model->components, interaction.graph(), component, sample.partner);
 }
 
 Wrench Simulation::Impl::wrench_on(int component, std::span<const Wrench> wrenches) {
@@ -145,17 +142,7 @@ void Simulation::Impl::fill_robot_loads(std::size_t robot, std::span<const Wrenc
 }
 
 void Simulation::Impl::fill_gripper(std::size_t gripper, GripperSample& sample) {
-  const double t = time();
-  sample.width_m = std::max(0.0, plant.width(gripper, t));
-  sample.moving = false;
-  for (const ParallelGripper::Side side : {ParallelGripper::left, ParallelGripper::right})
-    sample.moving = sample.moving || std::abs(plant.jaw_speed(gripper, side, t)) > kJawStands_m_per_s;
-  sample.in_position =
-      !sample.moving && std::abs(sample.width_m - grasping.commanded_width_m(gripper)) <= kInPosition_m;
-  sample.part = grasping.part_present(gripper);
-  sample.force_N =
-      sample.part >= 0 && !grasping.by_contact(gripper) ? grasping.grip_force_N(gripper, plant) : 0.0;
-  sample.closed = grasping.closed(gripper);
+  signals.read_gripper(gripper, time(), sample);
   sample.commands_applied = gripper_commands[gripper].count;
   sample.newest_stamp = gripper_commands[gripper].newest_stamp;
 }
@@ -165,6 +152,10 @@ void Simulation::Impl::fill_devices(Snapshot& snapshot) {
     DeviceSample& sample = snapshot.devices[i];
     plant.read_signals(i, time(),
                        std::span(sample.signals).first(model->description.devices[i].signals.size()));
+    sample.forced = 0;
+    for (const ForcedSignal& forced : plant.forced_signals())
+      if (forced.ref.device == static_cast<int>(i))
+        sample.forced |= 1U << static_cast<unsigned>(forced.ref.signal);
     sample.commands_applied = device_commands[i].count;
     sample.newest_stamp = device_commands[i].newest_stamp;
   }
@@ -200,6 +191,7 @@ Explanation Simulation::explain(int component) const {
   s.guard([&s] { s.refresh_motion(); });
   Explanation e =
       explain_component(s.model->components, s.interaction, s.system().motion(), s.history, component);
+  if (s.is_parked(component)) e.state = PartState::parked;
   e.time_s = s.time();
   e.step = s.step_index;
   e.epoch = s.epoch;

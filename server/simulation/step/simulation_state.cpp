@@ -10,7 +10,7 @@ namespace takt {
 
 namespace {
 constexpr std::string_view kMagic = "taktstat";
-constexpr std::uint32_t kVersion = 7;
+constexpr std::uint32_t kVersion = 8;
 constexpr double kLongest_s = 1e9;
 constexpr std::size_t kLongestText = 1U << 20U;
 constexpr double kFurthest = 1e9;  // m, m/s, rad/s: largest value that set_component_state() accepts
@@ -78,6 +78,11 @@ void Simulation::Impl::save(std::vector<std::byte>& bytes) {
     grip_loads.save(out);
     alternation.save(out);
   });
+  if (!model->pools.empty()) {
+    out.section("PARK", [&] {
+      for (std::size_t i = 0; i < model->parts.size(); ++i) out.put(exact_sleeping.is_parked(i));
+    });
+  }
   out.section("SLPE", [&] { exact_sleeping.save(out); });
   out.section("SLPT", [&] { threshold_sleeping.save(out); });
   out.section("HIST", [&] { history.save(out); });
@@ -137,7 +142,7 @@ void Simulation::Impl::load(std::span<const std::byte> bytes) {
   });
   all.section("SETP", [&](StateReader& in) {
     for (ReferenceMotion& motion : reference_motions) motion.load(in);
-    motion_notices.clear();
+    motion_notices.clear(), device_notices.clear(), device_messages.clear();
   });
   all.section("HOLD", [&](StateReader& in) { interaction.load_attached(in); });
   choose_forces();
@@ -150,6 +155,11 @@ void Simulation::Impl::load(std::span<const std::byte> bytes) {
     grip_loads.load(in);
     alternation.load(in);
   });
+  if (!model->pools.empty()) {
+    all.section("PARK", [&](StateReader& in) {
+      for (std::size_t i = 0; i < model->parts.size(); ++i) exact_sleeping.set_parked(i, in.flag("'parked'"));
+    });
+  }
   all.section("SLPE", [&](StateReader& in) { exact_sleeping.load(in, interaction); });
   all.section("SLPT", [&](StateReader& in) { threshold_sleeping.load(in); });
   all.section("HIST", [&](StateReader& in) { history.load(in); });
@@ -159,11 +169,12 @@ void Simulation::Impl::load(std::span<const std::byte> bytes) {
   if (!mechanisms.empty()) {
     all.section("MECH", [&](StateReader& in) {
       mechanism_let_go = in.flag("'a mechanism let go'");
-      for (const auto& mechanism : mechanisms) mechanism->load(in);
+      for (const auto& mechanism : mechanisms) mechanism->load(in), mechanism->loaded(plant);
     });
   }
   all.expect_end();
   statistics = {};
+  plant.set_time(time());
   motion_is_current = false;
   refresh_motion();  // of all models, including those that will sleep
   if (exact_sleeping.awake().size() < model->parts.size()) system().set_awake(exact_sleeping.awake());
@@ -225,6 +236,10 @@ std::string Simulation::Impl::not_a_part(int component, const char* wanted) cons
     return "there is no component " + std::to_string(component) + "; the cell has 0 to " +
            std::to_string(n - 1);
   const Component& c = model->components[static_cast<std::size_t>(component)];
+  if (c.type == ComponentType::part && is_parked(component))
+    return c.name +
+           " is parked, outside of the cell, until a source brings it in; only a Part in the cell can be " +
+           wanted;
   if (c.type == ComponentType::part) return {};
   return c.name + " is a component of type " + std::string(to_string(c.type)) + "; only a Part can be " +
          wanted;
@@ -245,6 +260,7 @@ std::string Simulation::attach(int part, int component) {
     return "there is no component " + std::to_string(component) + " to attach to; the cell has 0 to " +
            std::to_string(n - 1);
   const Component& to = s.model->components[static_cast<std::size_t>(component)];
+  if (s.is_parked(component)) return to.name + " is parked, outside of the cell, until a source brings it in";
   if (to.role == GripperRole::left_jaw || to.role == GripperRole::right_jaw)
     return to.name + " is a jaw; a Part is attached to the Gripper, which is component " +
            std::to_string(s.model->grippers[static_cast<std::size_t>(to.gripper)].parameters.palm);
@@ -261,6 +277,45 @@ std::string Simulation::detach(int part) {
            " is not attached to anything; what holds it by the rules ends by the rules";
   s.interaction.detach(part);
   return s.changed_holds();
+}
+
+std::string Simulation::force_signal(SignalRef ref, double value) {
+  Impl& s = *impl_;
+  if (!s.fault.empty()) return failed(s.fault);
+  if (const auto other = s.signals.other_forced_input(ref))
+    return signal_name(s.model->description, *other) + " is forced; release it first: both move the jaws";
+  s.plant.set_time(s.time());
+  s.guard([&] {
+    s.refresh_motion();
+    if (s.signals.force(ref, value, s.time())) s.plant.integrator().restart();
+  });
+  return s.fault;
+}
+
+std::string Simulation::release_signal(SignalRef ref) {
+  Impl& s = *impl_;
+  if (!s.fault.empty()) return failed(s.fault);
+  if (s.plant.forced(ref) == nullptr) return signal_name(s.model->description, ref) + " is not forced";
+  s.plant.set_time(s.time());
+  s.guard([&] {
+    s.refresh_motion();
+    if (s.signals.release(ref, s.time())) s.plant.integrator().restart();
+  });
+  return s.fault;
+}
+
+std::span<const ForcedSignal> Simulation::forced_signals() const {
+  return impl_->plant.forced_signals();
+}
+
+double Simulation::signal(SignalRef ref) const {
+  double value = 0.0;
+  impl_->guard([&] {
+    impl_->plant.set_time(impl_->time());
+    impl_->refresh_motion();
+    value = impl_->plant.signal_value(ref);
+  });
+  return value;
 }
 
 std::string Simulation::Impl::changed_holds() {
@@ -295,22 +350,7 @@ std::string Simulation::set_component_state(int component, const Pose& X_WB, con
       std::find_if(s.model->parts.begin(), s.model->parts.end(), is_it) - s.model->parts.begin());
   const Vec3 p_WBcm = X_WB * s.model->parts[part].p_BBcm;
   if (const std::string where = s.watch.outside(p_WBcm); !where.empty()) return name + " would be " + where;
-  BodyMotion motion;
-  motion.X_WB = X_WB, motion.V_WB = V_WB, motion.p_WBcm = p_WBcm;
-  s.watch.given(part, motion);
-  for (std::size_t i = 0; i < s.start_overlaps.size(); ++i) {
-    const StartOverlap& overlap = s.model->start_overlaps[i];
-    if (overlap.part == component || overlap.other == component) s.start_overlaps[i] = 0;
-  }
-  s.guard([&] {
-    s.plant.put_part(part, X_WB, V_WB);
-    s.wake_all();
-    s.interaction.put_elsewhere(component);
-    s.contacts.forget(component);
-    s.motion_is_current = false;
-    s.refresh_motion();
-    s.find_near();
-  });
+  s.guard([&] { s.moved(part, X_WB, V_WB); });
   return s.fault;
 }
 

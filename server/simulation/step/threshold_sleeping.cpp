@@ -38,9 +38,16 @@ void ThresholdSleeping::wake_all() {
   std::fill(group_.begin(), group_.end(), -1);
   std::fill(asleep_.begin(), asleep_.end(), 0);
   sleeping_ = 0;
+  leave_parked();
   contacts_.set_asleep(asleep_);
   for (std::size_t i = 0; i < may_sleep_.size(); ++i)
     may_sleep_[i] = contacts_.acts_on(exact_.parts()[i]) ? 1 : 0;
+}
+
+/// A parked Part meets no other, and no group of sleepers contains it.
+void ThresholdSleeping::leave_parked() {
+  for (std::size_t i = 0; i < group_.size(); ++i)
+    if (exact_.is_parked(i)) asleep_[static_cast<std::size_t>(exact_.parts()[i])] = 1;
 }
 
 void ThresholdSleeping::save(StateWriter& out) const {
@@ -64,7 +71,10 @@ bool ThresholdSleeping::asleep(int component) const {
 }
 
 bool ThresholdSleeping::moves(int component) const {
-  return components_[static_cast<std::size_t>(component)].type != ComponentType::ground && !asleep(component);
+  const auto c = static_cast<std::size_t>(component);
+  if (components_[c].type == ComponentType::ground)
+    return !moving_grounds_.empty() && moving_grounds_[c] != 0;
+  return !asleep(component);
 }
 
 /// No point of the component's surface is faster, as seen from the world.
@@ -129,7 +139,7 @@ void ThresholdSleeping::find_groups(const ComponentInteraction& interaction, con
     const int place = exact_.place_of(a), other = exact_.place_of(b);
     if (place >= 0 && other >= 0)
       near_.join(place, other);
-    else if (moves(place >= 0 ? b : a))  // a Gripper
+    else if (moves(place >= 0 ? b : a))  // a Gripper, or a Ground that moves
       kept_up_[static_cast<std::size_t>(place >= 0 ? place : other)] = 1;
   };
   for (const PairContact* const near : contacts_.moving()) {

@@ -35,6 +35,8 @@ class ThresholdSleeping {
   /// Wakes all Parts, after a reset or a change of levels, once the pairs with surface contact are chosen.
   /// The caller wakes `exact` too.
   void wake_all();
+  /// Before a step: by component, the Grounds that move in it, or whose surface does. Empty: none.
+  void set_moving_grounds(const std::vector<char>& moving) { moving_grounds_ = moving; }
   /// Before a step, at its poses: wakes groups with a Part that `exact` has woken, and groups within reach
   /// of a moving component. True if the awake Parts changed.
   bool wake_reached(const CellMotion& motion);
@@ -46,6 +48,7 @@ class ThresholdSleeping {
   void load(StateReader& in);
 
  private:
+  void leave_parked();
   bool asleep(int component) const;
   bool moves(int component) const;
   bool may_meet(const PairContact& pair, const CellMotion& motion, double steps) const;
@@ -58,13 +61,14 @@ class ThresholdSleeping {
   int steps_;  ///< that a Part must have been slow
   ContactInteraction& contacts_;
   ExactSleeping& exact_;
-  std::vector<int> slow_steps_;  ///< by place: steps since its speed was above the limit
-  std::vector<int> group_;       ///< by place: of sleeping Parts, the first place of its group; else -1
-  DisjointSets near_;            ///< places, while groups are found
-  std::vector<char> kept_up_;    ///< by root: a Part of the group is not at rest, or a component is near
-  std::vector<char> may_sleep_;  ///< by place: surface contact acts on it
-  std::vector<char> asleep_;     ///< by component
-  int sleeping_ = 0;             ///< Parts
+  std::vector<int> slow_steps_;       ///< by place: steps since its speed was above the limit
+  std::vector<int> group_;            ///< by place: of sleeping Parts, the first place of its group; else -1
+  DisjointSets near_;                 ///< places, while groups are found
+  std::vector<char> kept_up_;         ///< by root: a Part of the group is not at rest, or a component is near
+  std::vector<char> may_sleep_;       ///< by place: surface contact acts on it
+  std::vector<char> asleep_;          ///< by component
+  std::vector<char> moving_grounds_;  ///< by component; or empty
+  int sleeping_ = 0;                  ///< Parts
 };
 
 }  // namespace takt

@@ -25,12 +25,15 @@ inline constexpr int kNotAsserted = 3;  ///< the run reached its end and an asse
 struct ScenarioArguments {
   std::string file;
   ScenarioOptions options;
+  std::string allowed_fmus;  ///< directory; empty: scenarios with FMUs are refused
   void declare(CLI::App& command);
 };
 /// An option that may be given several times, with one value each.
 void add_repeatable(CLI::App& command, const char* option, std::vector<std::string>& values,
                     const std::string& value, const std::string& help);
 void add_threads(CLI::App& command, int& threads);
+/// --allow-fmus DIR.
+void add_allowed_fmus(CLI::App& command, std::string& directory);
 
 /// Throws std::runtime_error if the file cannot be written.
 void write_file(const std::string& file, const std::function<void(std::ostream&)>& write);
@@ -38,6 +41,8 @@ void write_file(const std::string& file, const std::function<void(std::ostream&)
 void declare_run(CLI::App& app, int& result);
 void declare_study(CLI::App& app, int& result);
 void declare_replay(CLI::App& app, int& result);
+/// export-fmu.
+void declare_export(CLI::App& app, int& result);
 /// compare, check-mesh, write-scenario, schema, reference.
 void declare_files(CLI::App& app, int& result);
 

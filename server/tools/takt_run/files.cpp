@@ -130,6 +130,14 @@ void ScenarioArguments::declare(CLI::App& command) {
   replace("--tolerance", "solver.tolerance", "relative tolerance of solvers with error control")
       ->type_name("FLOAT")
       ->check(command_line::positive());
+  add_allowed_fmus(command, allowed_fmus);
+}
+
+void add_allowed_fmus(CLI::App& command, std::string& directory) {
+  command
+      .add_option("--allow-fmus", directory,
+                  "directory whose FMUs scenarios may run; an FMU is code that runs on this machine")
+      ->check(CLI::ExistingDirectory);
 }
 
 void write_file(const std::string& file, const std::function<void(std::ostream&)>& write) {

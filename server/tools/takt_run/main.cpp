@@ -32,6 +32,7 @@ int run(int argc, char** argv) {
   tool::declare_run(app, result);
   tool::declare_study(app, result);
   tool::declare_replay(app, result);
+  tool::declare_export(app, result);
   tool::declare_files(app, result);
   app.footer(kFooter);  // commands inherit the settings present at their declaration
   app.failure_message(takt::command_line::failure);

@@ -8,6 +8,7 @@
 
 #include "idl/command_line/numbers.h"
 #include "idl/common/text.h"
+#include "server/fmu/fmu_library.h"
 #include "server/geometry/convex/decomposition_cache.h"
 #include "server/runtime/loop/worker_pool.h"
 #include "server/tools/takt_run/commands.h"
@@ -16,7 +17,7 @@ namespace takt::tool {
 namespace {
 
 struct ReplayArguments {
-  std::string log, scenario;
+  std::string log, scenario, allowed_fmus;
   int threads = 1;
   bool quiet = false, json = false;
 };
@@ -25,8 +26,9 @@ int run_replay(const ReplayArguments& a) {
   std::optional<WorkerPool> pool;  // outlives the simulation
   ReplayOptions options;
   if (a.threads > 1) options.executor = &pool.emplace(a.threads);
+  const auto fmus = fmu_library(a.allowed_fmus);
   options.load = [&](const LogScenario& logged) {
-    return load_logged_scenario(logged, user_cache_directory(), a.scenario);
+    return load_logged_scenario(logged, user_cache_directory(), a.scenario, fmus.get());
   };
   const ReplayResult result = replay(a.log, options);
   const bool same = result.difference.empty();
@@ -64,6 +66,7 @@ void declare_replay(CLI::App& app, int& result) {
   command->add_option("LOG", arguments->log, "what takt-server --log recorded")->required();
   command->add_option("SCENARIO", arguments->scenario, "scenario file (YAML) in place of the recorded one");
   add_threads(*command, arguments->threads);
+  add_allowed_fmus(*command, arguments->allowed_fmus);
   command->add_flag("--quiet", arguments->quiet, "print nothing but errors");
   command->add_flag("--json", arguments->json, "print the result as JSON");
   command->footer("\nExample:\n  takt-run replay run.taktlog --json | jq .state_hash");

@@ -9,6 +9,7 @@
 #include "idl/common/lockstep.h"
 #include "idl/common/parse.h"
 #include "idl/common/text.h"
+#include "server/fmu/fmu_library.h"
 #include "server/geometry/convex/decomposition_cache.h"
 #include "server/headless/csv_writer.h"
 #include "server/headless/headless_run.h"
@@ -101,9 +102,11 @@ int run(const RunArguments& a) {
               << ", which has a fixed step\n";
 
   std::optional<Progress> progress(std::in_place, a.quiet);
+  const auto fmus = fmu_library(a.scenario.allowed_fmus);
   const auto cell = build_cell(
-      scenario, {user_cache_directory(), &monotonic_seconds,
-                 [&](const std::string& component, double part) { progress->at_import(component, part); }});
+      scenario,
+      {user_cache_directory(), &monotonic_seconds,
+       [&](const std::string& component, double part) { progress->at_import(component, part); }, fmus.get()});
   progress.reset();
   for (const ImportNote& note : cell->import_notes) std::cerr << "takt-run: note: " << note.sentence << '\n';
   std::optional<WorkerPool> pool;  // outlives the simulation

@@ -1,0 +1,69 @@
+#pragma once
+// FMUs as devices see them: what a scenario asks for, what an FMU offers, and the running instance. The core knows no
+// archive, process or clock; server/fmu opens FMUs, and the program passes it on (ImportOptions::fmus).
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "server/simulation/model/cell_description.h"
+
+namespace takt {
+
+/// A running co-simulation FMU. Every function returns an empty text, or a sentence with the reason why it failed; the
+/// outputs then keep their values. After a failure only restart() is of use. None of them throws.
+class FmuLink {
+ public:
+  virtual ~FmuLink() = default;
+  /// Initialises the FMU at time 0, again if it has run; also after a failure.
+  virtual std::string restart(std::span<double> outputs) = 0;
+  /// Sets the inputs, which are held, and advances from t to t + h (s).
+  virtual std::string step(double t, double h, std::span<const double> inputs, std::span<double> outputs) = 0;
+  /// What deserves a word though it harms nothing, once; else empty.
+  virtual std::string take_message() = 0;
+  /// The FMU's own state as bytes, and back.
+  virtual std::string save(std::vector<std::byte>& state) = 0;
+  virtual std::string load(std::span<const std::byte> state) = 0;
+};
+
+/// A signal of the device and the variable of the FMU that it stands for.
+using FmuWire = std::pair<std::string, std::string>;
+
+/// An FMU as a scenario asks for it.
+struct FmuRequest {
+  std::string device;
+  std::filesystem::path file;
+  double step_s = 0.0;                                         ///< of the FMU
+  std::map<std::string, std::string> parameters, start;        ///< by variable: value as text
+  std::optional<std::vector<FmuWire>> inputs, outputs;         ///< none: all
+  double timeout_s = 5.0;                                      ///< wall time of one call
+  int memory_MiB = 1024;                                       ///< address space of its process
+  std::function<std::string(const std::string& key)> place{};  ///< of a key, for errors
+};
+
+/// What an FMU offers a device: its signals and how to start it.
+struct FmuOffer {
+  std::vector<SignalDescription> inputs, outputs;
+  std::vector<double> input_start, output_start;  ///< at time 0
+  std::function<std::unique_ptr<FmuLink>()> make{};
+  std::uint64_t digest = 0;          ///< of the file and of all that the request chose
+  std::vector<std::string> notes{};  ///< for the user
+};
+
+/// Opens FMUs.
+class FmuOpener {
+ public:
+  virtual ~FmuOpener() = default;
+  /// Throws ScenarioError with the place of the key and the reason.
+  virtual FmuOffer open(const FmuRequest& request) = 0;
+};
+
+}  // namespace takt

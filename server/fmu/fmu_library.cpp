@@ -1,0 +1,373 @@
+#include "server/fmu/fmu_library.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "idl/common/bounded_file.h"
+#include "idl/common/parse.h"
+#include "idl/common/text.h"
+#include "server/fields/field_value.h"
+#include "server/fields/scenario_error.h"
+#include "server/fmu/fmu_archive.h"
+#include "server/fmu/fmu_process.h"
+#include "server/fmu/model_description.h"
+#include "server/simulation/model/model_digest.h"
+
+namespace takt {
+namespace {
+
+/// Limits of signals that state none.
+constexpr double kFarthest = 1e12;
+
+struct Limits {
+  double lower, upper;
+};
+Limits limits_of(const FmuVariable& v) {
+  const double most53 = 9007199254740992.0;  // whole numbers that a double has
+  Limits all{-kFarthest, kFarthest};
+  switch (v.type) {
+    case FmuType::boolean:
+      return {0.0, 1.0};
+    case FmuType::int8:
+      all = {-128.0, 127.0};
+      break;
+    case FmuType::uint8:
+      all = {0.0, 255.0};
+      break;
+    case FmuType::int16:
+      all = {-32768.0, 32767.0};
+      break;
+    case FmuType::uint16:
+      all = {0.0, 65535.0};
+      break;
+    case FmuType::enumeration:
+    case FmuType::int32:
+      all = {-2147483648.0, 2147483647.0};
+      break;
+    case FmuType::uint32:
+      all = {0.0, 4294967295.0};
+      break;
+    case FmuType::uint64:
+      all = {0.0, most53};
+      break;
+    case FmuType::int64:
+      all = {-most53, most53};
+      break;
+    case FmuType::float32:
+      all = {-3e38, 3e38};
+      break;
+    default:
+      break;
+  }
+  return {std::max(all.lower, v.lower.value_or(all.lower)), std::min(all.upper, v.upper.value_or(all.upper))};
+}
+
+SignalType signal_type(FmuType type) {
+  if (type == FmuType::boolean) return SignalType::boolean;
+  return type == FmuType::float64 || type == FmuType::float32 ? SignalType::real : SignalType::integer;
+}
+
+/// Letters, digits and underscores of a variable's name: motor.tau[1] is motor_tau_1.
+std::string signal_name(const std::string& variable) {
+  std::string name;
+  for (const char c : variable) {
+    const bool usual = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
+    if (usual)
+      name += c;
+    else if (!name.empty() && name.back() != '_')
+      name += '_';
+  }
+  while (name.ends_with('_')) name.pop_back();
+  if (name.empty() || (name.front() >= '0' && name.front() <= '9')) name = "v" + name;
+  return name;
+}
+
+bool is_signal_name(const std::string& name) {
+  return signal_name(name) == name ||
+         (!name.empty() && name.size() <= 64 &&
+          name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_") ==
+              std::string::npos &&
+          (name.front() < '0' || name.front() > '9'));
+}
+
+/// The value of a start or parameter as the host takes it, or a sentence about what is allowed.
+std::string check_value(FmuType type, std::string& value) {
+  if (type == FmuType::text) return {};
+  if (type == FmuType::boolean) {
+    if (value == "1") value = "true";
+    if (value == "0") value = "false";
+    return value == "true" || value == "false" ? "" : "true or false";
+  }
+  const auto number = finite_number(value);
+  if (!number) return "a number";
+  const bool whole = signal_type(type) == SignalType::integer;
+  if (whole && *number != std::floor(*number)) return "a whole number";
+  FmuVariable of_type;
+  of_type.type = type;
+  const auto [lower, upper] = limits_of(of_type);
+  if (whole && (*number < lower || *number > upper))
+    return "a whole number from " + number_text(lower, 16) + " to " + number_text(upper, 16);
+  return {};
+}
+
+/// The request and the description together.
+class Wiring {
+ public:
+  Wiring(const FmuRequest& request, const FmuDescription& fmu) : r_(request), fmu_(fmu) {}
+
+  void connect(FmuOffer& offer, fmu_wire::Start& start) {
+    check_step(offer);
+    set(r_.parameters, "parameters", start);
+    set(r_.start, "start", start);
+    wire_inputs(offer, start);
+    wire_outputs(offer, start);
+  }
+
+ private:
+  [[noreturn]] void fail(const char* key, const std::string& why) const {
+    throw ScenarioError(r_.place(key) + ": the FMU " + r_.file.filename().string() + ": " + why);
+  }
+
+  void check_step(FmuOffer& offer) const {
+    const double fixed = fmu_.fixed_step_s;
+    if (fixed > 0.0) {
+      const double steps = r_.step_s / fixed;
+      if (std::round(steps) < 1.0 || std::abs(steps - std::round(steps)) > 1e-6 * steps)
+        fail("step_s", "its internal step is " + number_text(fixed, 9) + " s; found a step of " +
+                           number_text(r_.step_s, 9) +
+                           " s; allowed: a whole multiple, e.g. step_s: " + number_text(fixed, 9));
+    } else if (!fmu_.variable_step && fmu_.default_step_s > 0.0 &&
+               std::abs(r_.step_s - fmu_.default_step_s) > 1e-9 * r_.step_s) {
+      fail("step_s", "it takes one step size alone, that of its default experiment; found " +
+                         number_text(r_.step_s, 9) +
+                         " s; allowed: step_s: " + number_text(fmu_.default_step_s, 9));
+    }
+    if (!fmu_.can_serialise_state)
+      offer.notes.push_back(r_.device + ": the FMU cannot save its state; this cell has no snapshots.");
+  }
+
+  FmuDescription::Element find(const char* key, const std::string& name) const {
+    try {
+      return fmu_.find(name);
+    } catch (const FmuError& error) {
+      fail(key, error.what());
+    }
+  }
+
+  void set(const std::map<std::string, std::string>& values, const char* key, fmu_wire::Start& start) const {
+    const bool parameters = std::string_view(key) == "parameters";
+    std::map<const FmuVariable*, fmu_wire::Setting> settings;
+    for (const auto& [name, stated] : values) {
+      const auto [v, element] = find(key, name);
+      const bool is_parameter = v->causality == "parameter";
+      if (v->causality == "structuralParameter")
+        fail(key, "'" + name + "' is a structural parameter; takt does not change those");
+      if (parameters && !is_parameter)
+        fail(key, "'" + name + "' is no parameter but has the causality " + v->causality +
+                      "; start values of inputs and states stand under 'start'");
+      if (!parameters && is_parameter)
+        fail(key, "'" + name + "' is a parameter; it stands under 'parameters'");
+      if (!parameters && v->causality != "input" && v->initial != "exact" && v->initial != "approx")
+        fail(key, "'" + name + "' has no start value that can be set: the FMU calculates it (causality " +
+                      v->causality + ")");
+      if (v->variability == "constant") fail(key, "'" + name + "' is a constant");
+      if (v->type > FmuType::text)
+        fail(key,
+             "'" + name + "' has the type " + std::string(name_of(v->type)) + ", which takt does not set");
+      std::string value = stated;
+      if (const std::string allowed = check_value(v->type, value); !allowed.empty())
+        fail(key, "'" + name + "' is " + std::string(name_of(v->type)) + ": found '" + stated +
+                      "'; allowed: " + allowed);
+      const auto number = finite_number(value);
+      if (is_signal(v->type) && number &&
+          ((v->lower && *number < *v->lower) || (v->upper && *number > *v->upper)))
+        fail(key,
+             "'" + name + "': found " + value +
+                 "; allowed: " + (v->lower ? "from " + number_text(*v->lower, 9) : "") +
+                 (v->upper ? std::string(v->lower ? " " : "") + "up to " + number_text(*v->upper, 9) : ""));
+      auto& setting =
+          settings.try_emplace(v, fmu_wire::Setting{v->name, v->type, v->reference, all_starts(*v)})
+              .first->second;
+      setting.values[element] = value;
+    }
+    for (auto& [v, setting] : settings) start.settings.push_back(std::move(setting));
+    std::sort(start.settings.begin(), start.settings.end(),
+              [](const auto& a, const auto& b) { return a.reference < b.reference; });
+  }
+
+  /// Start values of all elements; a single one stands for all.
+  std::vector<std::string> all_starts(const FmuVariable& v) const {
+    std::vector<std::string> result = v.start;
+    const std::string usual = result.empty() ? (v.type == FmuType::boolean ? "false" : "0") : result.front();
+    result.resize(v.elements, usual);
+    return result;
+  }
+
+  std::vector<FmuWire> all(const char* causality, FmuOffer& offer) const {
+    std::vector<FmuWire> wires;
+    std::string skipped;
+    for (const FmuVariable& v : fmu_.variables) {
+      if (v.causality != causality) continue;
+      if (!is_signal(v.type)) {
+        skipped += (skipped.empty() ? "" : ", ") + v.name;
+        continue;
+      }
+      for (std::size_t i = 0; i < v.elements; ++i) {
+        wires.emplace_back("", v.is_array ? v.name + "[" + std::to_string(i + 1) + "]" : v.name);
+        if (wires.size() > 1000) return wires;
+      }
+    }
+    if (!skipped.empty())
+      offer.notes.push_back(r_.device + ": no signals are " + skipped.substr(0, 200) +
+                            " of the FMU, as they are no numbers.");
+    return wires;
+  }
+
+  std::string name_for(const FmuWire& wire, const char* key) const {
+    const std::string name = wire.first.empty() ? signal_name(wire.second) : wire.first;
+    if (!is_signal_name(name))
+      fail(key, "the signal '" + name +
+                    "' cannot have this name; allowed are letters, digits and underscores, no digit first, "
+                    "at most 64");
+    return name;
+  }
+
+  fmu_wire::Place place_of(const FmuVariable& v, std::size_t element) const {
+    return {v.type, v.reference, v.elements, element, {}};
+  }
+
+  /// The start value as the scenario or else the FMU states it.
+  double start_of(const FmuVariable& v, std::size_t element, const fmu_wire::Start& start) const {
+    std::vector<std::string> values = all_starts(v);
+    for (const fmu_wire::Setting& setting : start.settings)
+      if (setting.reference == v.reference && setting.type == v.type) values = setting.values;
+    const std::string& text = values[element];
+    if (v.type == FmuType::boolean) return text == "true" || text == "1" ? 1.0 : 0.0;
+    return finite_number(text).value_or(0.0);
+  }
+
+  void wire_inputs(FmuOffer& offer, fmu_wire::Start& start) const {
+    for (const FmuWire& wire : r_.inputs ? *r_.inputs : all("input", offer)) {
+      const auto [v, element] = find("inputs", wire.second);
+      if (v->causality != "input")
+        fail("inputs", "'" + wire.second + "' is no input but has the causality " + v->causality);
+      if (!is_signal(v->type))
+        fail("inputs", "'" + wire.second + "' has the type " + std::string(name_of(v->type)) +
+                           "; signals are numbers, whole numbers and booleans");
+      const Limits limits = limits_of(*v);
+      offer.inputs.push_back(
+          {name_for(wire, "inputs"), v->unit, true, limits.lower, limits.upper, signal_type(v->type)});
+      offer.input_start.push_back(std::clamp(start_of(*v, element, start), limits.lower, limits.upper));
+      start.inputs.push_back(place_of(*v, element));
+      if (v->elements > 1) {
+        std::vector<std::string> values = all_starts(*v);
+        for (const fmu_wire::Setting& setting : start.settings)
+          if (setting.reference == v->reference && setting.type == v->type) values = setting.values;
+        start.inputs.back().start = values;
+      }
+    }
+  }
+
+  void wire_outputs(FmuOffer& offer, fmu_wire::Start& start) const {
+    for (const FmuWire& wire : r_.outputs ? *r_.outputs : all("output", offer)) {
+      const auto [v, element] = find("outputs", wire.second);
+      if (v->causality == "input" || v->causality == "independent")
+        fail("outputs", "'" + wire.second + "' is no output but has the causality " + v->causality);
+      if (!is_signal(v->type))
+        fail("outputs", "'" + wire.second + "' has the type " + std::string(name_of(v->type)) +
+                            "; signals are numbers, whole numbers and booleans");
+      offer.outputs.push_back({name_for(wire, "outputs"), v->unit, false, 0.0, 0.0, signal_type(v->type)});
+      start.outputs.push_back(place_of(*v, element));
+    }
+    offer.output_start.assign(offer.outputs.size(), 0.0);
+  }
+
+  const FmuRequest& r_;
+  const FmuDescription& fmu_;
+};
+
+bool is_below(const std::filesystem::path& root, const std::filesystem::path& file) {
+  return std::mismatch(root.begin(), root.end(), file.begin(), file.end()).first == root.end();
+}
+
+std::filesystem::path library_of(const FmuDescription& fmu, const std::filesystem::path& directory) {
+  const std::string_view platform = fmu.version == 2 ? kPlatform2 : kPlatform3;
+  const std::filesystem::path library = directory / "binaries" / platform / (fmu.identifier + ".so");
+  if (!std::filesystem::exists(library))
+    throw FmuError("it has no binary for this platform: no binaries/" + std::string(platform) + "/" +
+                   fmu.identifier + ".so. It may be made for Windows, or hold source code alone");
+  return library;
+}
+
+}  // namespace
+
+FmuLibrary::FmuLibrary(std::filesystem::path allowed, std::filesystem::path host)
+    : allowed_(std::move(allowed)), host_(std::move(host)) {
+  if (host_.empty()) {
+    std::error_code unknown;
+    host_ = std::filesystem::read_symlink("/proc/self/exe", unknown).parent_path() / "takt-fmu-host";
+  }
+}
+
+FmuOffer FmuLibrary::open(const FmuRequest& request) {
+  std::error_code error, no_root;
+  const auto root = std::filesystem::canonical(allowed_, no_root),
+             file = std::filesystem::canonical(request.file, error);
+  if (error || no_root || !is_below(root, file))
+    throw ScenarioError(request.place("file") + ": found '" + request.file.string() +
+                        "'; allowed: FMUs below the directory of --allow-fmus, " + allowed_.string());
+  FmuOffer offer;
+  try {
+    auto files = std::make_shared<FreshDirectory>();
+    const std::string sha = sha256_of(file);
+    unpack_fmu(file, files->path());
+    const FileText xml =
+        read_bounded_file(files->path() / "modelDescription.xml", kLargestDescription_bytes >> 20U);
+    if (!xml.problem.empty()) throw FmuError("its modelDescription.xml: " + xml.problem);
+    const FmuDescription fmu = read_model_description(xml.text);
+    auto process = std::make_shared<FmuProcessParameters>();
+    process->host = host_;
+    process->files = files;
+    process->timeout_s = request.timeout_s;
+    fmu_wire::Start& start = process->start;
+    start.version = fmu.version;
+    start.instance = request.device;
+    start.token = fmu.token;
+    start.library = library_of(fmu, files->path()).string();
+    start.resources = (files->path() / "resources").string();
+    std::filesystem::create_directories(start.resources);
+    start.memory_bytes = static_cast<std::uint64_t>(request.memory_MiB) << 20U;
+    start.can_copy_state = fmu.can_copy_state;
+    start.can_serialise_state = fmu.can_serialise_state;
+    Wiring(request, fmu).connect(offer, start);
+    ModelDigest digest;
+    digest << sha << request.step_s << start.version;
+    for (const auto& setting : start.settings) digest << setting.name << setting.values;
+    for (const auto* signals : {&offer.inputs, &offer.outputs})
+      for (const SignalDescription& signal : *signals) digest << signal.name << signal.lower << signal.upper;
+    for (const auto* places : {&start.inputs, &start.outputs})
+      for (const fmu_wire::Place& place : *places) digest << place.type << place.reference << place.element;
+    offer.digest = digest.value();
+    offer.make = [process] { return std::make_unique<FmuProcess>(process); };
+    offer.notes.push_back(
+        request.device + ": FMU " + file.filename().string() + " (FMI " + std::to_string(fmu.version) +
+        ".0, model " + fmu.model_name.substr(0, 100) + ", made by " +
+        (fmu.generation_tool.empty() ? "an unnamed tool" : fmu.generation_tool.substr(0, 100)) +
+        (fmu.license.empty() ? "" : ", licence " + fmu.license.substr(0, 100)) + "), SHA-256 " + sha + ".");
+  } catch (const FmuError& failure) {
+    throw ScenarioError(request.place("file") + ": the FMU " + request.file.filename().string() + ": " +
+                        failure.what());
+  }
+  if (const std::string why = offer.make()->restart(offer.output_start); !why.empty())
+    throw ScenarioError(request.place("file") + ": the FMU " + request.file.filename().string() +
+                        " cannot be initialised: " + why);
+  return offer;
+}
+
+std::unique_ptr<FmuLibrary> fmu_library(const std::filesystem::path& allowed) {
+  if (allowed.empty()) return nullptr;
+  return std::make_unique<FmuLibrary>(allowed);
+}
+
+}  // namespace takt

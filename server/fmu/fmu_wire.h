@@ -1,0 +1,122 @@
+#pragma once
+// What takt and its program takt-fmu-host say to each other over a socket pair: a request, its answer, and so on. A message is
+// its length (uint32) and its bytes (plant_models/state_bytes.h). The host has the socket as file descriptor 3.
+#include <sys/socket.h>
+#include <sys/types.h>
+
+#include <cerrno>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "plant_models/state_bytes.h"
+#include "server/fmu/model_description.h"
+
+namespace takt::fmu_wire {
+
+inline constexpr int kSocket = 3;
+inline constexpr std::uint32_t kLongestMessage = std::uint32_t{512} << 20U;
+inline constexpr std::size_t kMost = 1U << 20U;  ///< of anything that is counted
+
+enum class Request : std::uint8_t { start, step, save, load, end };
+enum class Answer : std::uint8_t { good, failed };
+
+/// A variable, or one element of an array. An array is written as a whole: the elements that are no signals keep `start`.
+struct Place {
+  FmuType type = FmuType::float64;
+  std::uint32_t reference = 0;
+  std::uint64_t elements = 1, element = 0;
+  std::vector<std::string> start{};  ///< of an input that is an array: by element
+};
+
+/// A value that is set once, ahead of the initialisation: all elements.
+struct Setting {
+  std::string name;  ///< for errors
+  FmuType type = FmuType::float64;
+  std::uint32_t reference = 0;
+  std::vector<std::string> values{};
+};
+
+struct Start {
+  int version = 2;
+  std::string instance, token, library, resources;
+  std::uint64_t memory_bytes = 0;
+  bool can_copy_state = false, can_serialise_state = false;
+  std::vector<Setting> settings{};
+  std::vector<Place> inputs{}, outputs{};
+};
+
+inline void put(StateWriter& out, const std::vector<std::string>& texts) {
+  out.put_size(texts.size());
+  for (const std::string& text : texts) out.put(std::string_view(text));
+}
+inline std::vector<std::string> texts(StateReader& in) {
+  std::vector<std::string> result(in.size(kMost, "texts"));
+  for (std::string& text : result) text = in.text(kMost, "letters");
+  return result;
+}
+inline void put(StateWriter& out, const std::vector<Place>& places) {
+  out.put_size(places.size());
+  for (const Place& place : places) {
+    out.put(place.type), out.put(place.reference), out.put(place.elements), out.put(place.element);
+    put(out, place.start);
+  }
+}
+inline std::vector<Place> places(StateReader& in) {
+  std::vector<Place> result(in.size(kMost, "variables"));
+  for (Place& place : result) {
+    place.type = static_cast<FmuType>(in.integer(0, static_cast<int>(FmuType::clock), "a type"));
+    place.reference = in.get<std::uint32_t>();
+    place.elements = in.get<std::uint64_t>(), place.element = in.get<std::uint64_t>();
+    place.start = texts(in);
+  }
+  return result;
+}
+inline void put(StateWriter& out, const Start& start) {
+  out.put(start.version);
+  for (const std::string* text : {&start.instance, &start.token, &start.library, &start.resources})
+    out.put(std::string_view(*text));
+  out.put(start.memory_bytes), out.put(start.can_copy_state), out.put(start.can_serialise_state);
+  out.put_size(start.settings.size());
+  for (const Setting& setting : start.settings) {
+    out.put(std::string_view(setting.name)), out.put(setting.type), out.put(setting.reference);
+    put(out, setting.values);
+  }
+  put(out, start.inputs), put(out, start.outputs);
+}
+inline Start read_start(StateReader& in) {
+  Start start;
+  start.version = in.integer<int>(2, 3, "the version of FMI");
+  for (std::string* text : {&start.instance, &start.token, &start.library, &start.resources})
+    *text = in.text(kMost, "letters");
+  start.memory_bytes = in.get<std::uint64_t>();
+  start.can_copy_state = in.flag("a flag"), start.can_serialise_state = in.flag("a flag");
+  start.settings.resize(in.size(kMost, "settings"));
+  for (Setting& setting : start.settings) {
+    setting.name = in.text(kMost, "letters");
+    setting.type = static_cast<FmuType>(in.integer(0, static_cast<int>(FmuType::clock), "a type"));
+    setting.reference = in.get<std::uint32_t>();
+    setting.values = texts(in);
+  }
+  start.inputs = places(in), start.outputs = places(in);
+  return start;
+}
+
+/// Whole messages. False if the other side has ended.
+inline bool send_bytes(int socket, const void* from, std::size_t size) {
+  const auto* bytes = static_cast<const char*>(from);
+  while (size > 0) {
+    const ssize_t sent = ::send(socket, bytes, size, MSG_NOSIGNAL);
+    if (sent < 0 && errno == EINTR) continue;
+    if (sent <= 0) return false;
+    bytes += sent, size -= static_cast<std::size_t>(sent);
+  }
+  return true;
+}
+inline bool send_message(int socket, const std::vector<std::byte>& message) {
+  const auto length = static_cast<std::uint32_t>(message.size());
+  return send_bytes(socket, &length, sizeof length) && send_bytes(socket, message.data(), message.size());
+}
+
+}  // namespace takt::fmu_wire

@@ -1,0 +1,275 @@
+#include "server/fmu/model_description.h"
+
+#include <tinyxml2.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <sstream>
+
+#include "idl/common/parse.h"
+
+namespace takt {
+namespace {
+
+using tinyxml2::XMLElement;
+
+constexpr std::size_t kMostVariables = 100'000;
+constexpr std::size_t kMostElements = 10'000;  // of an array
+
+constexpr std::array<std::string_view, 15> kTypes{"Float64", "Float32",     "Int8",   "UInt8",  "Int16",
+                                                  "UInt16",  "Int32",       "UInt32", "Int64",  "UInt64",
+                                                  "Boolean", "Enumeration", "String", "Binary", "Clock"};
+/// Types of FMI 2.0.
+const std::map<std::string_view, FmuType> kTypes2{{"Real", FmuType::float64},
+                                                  {"Integer", FmuType::int32},
+                                                  {"Boolean", FmuType::boolean},
+                                                  {"String", FmuType::text},
+                                                  {"Enumeration", FmuType::enumeration}};
+
+std::string text_of(const XMLElement& element, const char* name) {
+  const char* value = element.Attribute(name);
+  return value != nullptr ? value : "";
+}
+
+std::string at(const XMLElement& element) {
+  return "modelDescription.xml, line " + std::to_string(element.GetLineNum()) + ": ";
+}
+
+bool flag_of(const XMLElement& element, const char* name) {
+  const std::string text = text_of(element, name);
+  return text == "true" || text == "1";
+}
+
+std::optional<double> number_of(const XMLElement& element, const char* name) {
+  const std::string text = text_of(element, name);
+  if (text.empty()) return {};
+  const auto value = finite_number(text);
+  if (!value)
+    throw FmuError(at(element) + "the attribute " + name + " is '" + text.substr(0, 40) +
+                   "'; allowed is a number");
+  return value;
+}
+
+std::uint32_t reference_of(const XMLElement& element, const char* name) {
+  const auto value = finite_number(text_of(element, name));
+  if (!value || *value < 0.0 || *value > 4294967295.0 || *value != std::floor(*value))
+    throw FmuError(at(element) + "the attribute " + name + " is '" + text_of(element, name).substr(0, 40) +
+                   "'; allowed is a whole number, 0 or more");
+  return static_cast<std::uint32_t>(*value);
+}
+
+std::vector<std::string> words(const std::string& text) {
+  std::istringstream in(text);
+  std::vector<std::string> result;
+  for (std::string word; in >> word;) {
+    if (result.size() == kMostElements) break;
+    result.push_back(word);
+  }
+  return result;
+}
+
+/// Units and limits that variables take from a type of the section TypeDefinitions.
+struct DeclaredType {
+  std::string unit;
+  std::optional<double> lower, upper;
+};
+
+class Reader {
+ public:
+  explicit Reader(const XMLElement& root) : root_(root) {}
+
+  FmuDescription read() {
+    const std::string version = text_of(root_, "fmiVersion");
+    if (version == "2.0" || version.starts_with("2.0."))
+      d_.version = 2;
+    else if (version == "3.0" || version.starts_with("3.0."))
+      d_.version = 3;
+    else
+      throw FmuError("it follows FMI '" + version.substr(0, 40) + "'; takt takes FMI 2.0 and 3.0");
+    d_.model_name = text_of(root_, "modelName");
+    d_.token = text_of(root_, d_.version == 2 ? "guid" : "instantiationToken");
+    d_.generation_tool = text_of(root_, "generationTool");
+    d_.license = text_of(root_, "license");
+    read_interface();
+    if (const XMLElement* experiment = root_.FirstChildElement("DefaultExperiment"); experiment != nullptr)
+      d_.default_step_s = std::max(0.0, number_of(*experiment, "stepSize").value_or(0.0));
+    read_types();
+    read_variables();
+    return std::move(d_);
+  }
+
+ private:
+  void read_interface() {
+    const XMLElement* slave = root_.FirstChildElement("CoSimulation");
+    if (slave == nullptr) {
+      const char* has = root_.FirstChildElement("ModelExchange") != nullptr        ? "model exchange"
+                        : root_.FirstChildElement("ScheduledExecution") != nullptr ? "scheduled execution"
+                                                                                   : "no interface";
+      throw FmuError(
+          std::string("it has ") + has +
+          " and no co-simulation; takt takes co-simulation alone. Most tools can export the model so");
+    }
+    d_.identifier = text_of(*slave, "modelIdentifier");
+    const auto usual = [](char c) {
+      return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
+    };
+    if (d_.identifier.empty() || d_.identifier.size() > 200 ||
+        !std::all_of(d_.identifier.begin(), d_.identifier.end(), usual))
+      throw FmuError(at(*slave) + "the attribute modelIdentifier is '" + d_.identifier.substr(0, 40) +
+                     "'; allowed are letters, digits and underscores");
+    if (flag_of(*slave, "needsExecutionTool"))
+      throw FmuError("it needs the tool that made it" +
+                     (d_.generation_tool.empty() ? "" : ", " + d_.generation_tool.substr(0, 100)) +
+                     " (needsExecutionTool); takt takes FMUs that run by themselves");
+    d_.variable_step = flag_of(*slave, "canHandleVariableCommunicationStepSize");
+    const bool two = d_.version == 2;
+    d_.can_copy_state = flag_of(*slave, two ? "canGetAndSetFMUstate" : "canGetAndSetFMUState");
+    d_.can_serialise_state =
+        d_.can_copy_state && flag_of(*slave, two ? "canSerializeFMUstate" : "canSerializeFMUState");
+    d_.fixed_step_s = two ? 0.0 : std::max(0.0, number_of(*slave, "fixedInternalStepSize").value_or(0.0));
+  }
+
+  void read_types() {
+    const XMLElement* all = root_.FirstChildElement("TypeDefinitions");
+    if (all == nullptr) return;
+    for (const XMLElement* type = all->FirstChildElement(); type != nullptr;
+         type = type->NextSiblingElement()) {
+      const XMLElement* of = d_.version == 2 ? type->FirstChildElement() : type;
+      if (of == nullptr) continue;
+      DeclaredType& declared = types_[text_of(*type, "name")];
+      declared = {text_of(*of, "unit"), number_of(*of, "min"), number_of(*of, "max")};
+      // Of an enumeration: the values of its items.
+      for (const XMLElement* item = of->FirstChildElement("Item"); item != nullptr;
+           item = item->NextSiblingElement("Item")) {
+        const double value = number_of(*item, "value").value_or(0.0);
+        declared.lower = std::min(declared.lower.value_or(value), value);
+        declared.upper = std::max(declared.upper.value_or(value), value);
+      }
+    }
+  }
+
+  void read_variables() {
+    const XMLElement* all = root_.FirstChildElement("ModelVariables");
+    if (all == nullptr) throw FmuError("its modelDescription.xml has no section ModelVariables");
+    for (const XMLElement* e = all->FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
+      if (d_.variables.size() == kMostVariables)
+        throw FmuError("it has more than " + std::to_string(kMostVariables) +
+                       " variables; takt takes no more");
+      read_variable(*e);
+    }
+    if (d_.version == 3) count_elements();
+  }
+
+  void read_variable(const XMLElement& e) {
+    FmuVariable v;
+    v.name = text_of(e, "name");
+    if (v.name.empty()) throw FmuError(at(e) + "a variable has no name");
+    v.reference = reference_of(e, "valueReference");
+    const XMLElement* typed = &e;
+    if (d_.version == 2) {
+      for (typed = e.FirstChildElement(); typed != nullptr; typed = typed->NextSiblingElement())
+        if (kTypes2.contains(typed->Name())) break;
+      if (typed == nullptr) throw FmuError(at(e) + "the variable '" + v.name + "' has no type of FMI 2.0");
+      v.type = kTypes2.at(typed->Name());
+    } else {
+      const auto found = std::find(kTypes.begin(), kTypes.end(), e.Name());
+      if (found == kTypes.end())
+        throw FmuError(at(e) + "the variable '" + v.name + "' has the type '" + e.Name() +
+                       "', which FMI 3.0 does not know");
+      v.type = static_cast<FmuType>(found - kTypes.begin());
+    }
+    if (const std::string causality = text_of(e, "causality"); !causality.empty()) v.causality = causality;
+    v.variability = text_of(e, "variability");
+    v.initial = text_of(e, "initial");
+    v.unit = text_of(*typed, "unit");
+    v.lower = number_of(*typed, "min"), v.upper = number_of(*typed, "max");
+    if (const auto declared = types_.find(text_of(*typed, "declaredType")); declared != types_.end()) {
+      if (v.unit.empty()) v.unit = declared->second.unit;
+      if (!v.lower) v.lower = declared->second.lower;
+      if (!v.upper) v.upper = declared->second.upper;
+    }
+    if (const char* start = typed->Attribute("start"); start != nullptr)
+      v.start = d_.version == 3 && v.type != FmuType::text ? words(start) : std::vector<std::string>{start};
+    v.is_array = e.FirstChildElement("Dimension") != nullptr && d_.version == 3;
+    if (v.is_array) arrays_.emplace_back(d_.variables.size(), &e);
+    if (!d_.by_name.emplace(v.name, d_.variables.size()).second)
+      throw FmuError(at(e) + "two variables have the name '" + v.name + "'");
+    by_reference_.emplace(v.reference, d_.variables.size());
+    d_.variables.push_back(std::move(v));
+  }
+
+  /// Dimensions are numbers, or variables with a start value.
+  void count_elements() {
+    for (const auto& [index, e] : arrays_) {
+      FmuVariable& v = d_.variables[index];
+      for (const XMLElement* dimension = e->FirstChildElement("Dimension"); dimension != nullptr;
+           dimension = dimension->NextSiblingElement("Dimension")) {
+        std::string size = text_of(*dimension, "start");
+        if (size.empty()) {
+          const auto of = by_reference_.find(reference_of(*dimension, "valueReference"));
+          if (of != by_reference_.end() && !d_.variables[of->second].start.empty())
+            size = d_.variables[of->second].start.front();
+        }
+        const auto number = finite_number(size);
+        if (!number || *number < 0.0 || *number != std::floor(*number))
+          throw FmuError(at(*dimension) + "a dimension of '" + v.name + "' has no size");
+        const double elements = static_cast<double>(v.elements) * *number;
+        if (elements > static_cast<double>(kMostElements))
+          throw FmuError(at(*dimension) + "the array '" + v.name + "' has more than " +
+                         std::to_string(kMostElements) + " elements; takt takes no more");
+        v.elements = static_cast<std::size_t>(elements);
+      }
+    }
+  }
+
+  const XMLElement& root_;
+  FmuDescription d_;
+  std::map<std::string, DeclaredType> types_;
+  std::vector<std::pair<std::size_t, const XMLElement*>> arrays_;
+  std::unordered_map<std::uint32_t, std::size_t> by_reference_;
+};
+
+}  // namespace
+
+std::string_view name_of(FmuType type) {
+  return kTypes[static_cast<std::size_t>(type)];
+}
+
+FmuDescription::Element FmuDescription::find(const std::string& name) const {
+  if (const auto found = by_name.find(name); found != by_name.end()) {
+    const FmuVariable& v = variables[found->second];
+    if (v.is_array)
+      throw FmuError("'" + name + "' is an array with " + std::to_string(v.elements) +
+                     " elements; a signal is one of them, e.g. " + name + "[1]");
+    return {&v, 0};
+  }
+  const std::size_t bracket = name.rfind('[');
+  if (bracket != std::string::npos && name.ends_with(']')) {
+    const auto of = by_name.find(name.substr(0, bracket));
+    const auto number = finite_number(name.substr(bracket + 1, name.size() - bracket - 2));
+    if (of != by_name.end() && variables[of->second].is_array && number) {
+      const FmuVariable& v = variables[of->second];
+      if (!(*number >= 1.0 && *number <= static_cast<double>(v.elements)) || *number != std::floor(*number))
+        throw FmuError("'" + name + "' is no element of the array, which has " + std::to_string(v.elements));
+      return {&v, static_cast<std::size_t>(*number) - 1};
+    }
+  }
+  std::string few;
+  for (std::size_t i = 0; i < std::min<std::size_t>(variables.size(), 8); ++i)
+    few += (i == 0 ? "" : ", ") + variables[i].name;
+  throw FmuError("it has no variable '" + name.substr(0, 200) + "'; it has " + few +
+                 (variables.size() > 8 ? " and " + std::to_string(variables.size() - 8) + " more" : ""));
+}
+
+FmuDescription read_model_description(std::string_view xml) {
+  tinyxml2::XMLDocument document;
+  if (document.Parse(xml.data(), xml.size()) != tinyxml2::XML_SUCCESS)
+    throw FmuError("its modelDescription.xml is no XML, line " + std::to_string(document.ErrorLineNum()));
+  const XMLElement* root = document.FirstChildElement("fmiModelDescription");
+  if (root == nullptr) throw FmuError("its modelDescription.xml has no element fmiModelDescription");
+  return Reader(*root).read();
+}
+
+}  // namespace takt

@@ -1,0 +1,76 @@
+#pragma once
+// modelDescription.xml of an FMU (FMI 2.0 and 3.0), as far as a master of co-simulation needs it.
+#include <cstdint>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+namespace takt {
+
+/// What is wrong with an FMU, or why takt cannot use it: a sentence.
+class FmuError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Types of variables. FMI 2.0 has float64, int32, boolean, text, enumeration.
+enum class FmuType : std::uint8_t {
+  float64,
+  float32,
+  int8,
+  uint8,
+  int16,
+  uint16,
+  int32,
+  uint32,
+  int64,
+  uint64,
+  boolean,
+  enumeration,
+  text,
+  binary,
+  clock
+};
+/// As FMI 3.0 writes it.
+std::string_view name_of(FmuType type);
+/// True if values of this type are values of signals.
+inline bool is_signal(FmuType type) {
+  return type < FmuType::text;
+}
+
+struct FmuVariable {
+  std::string name;
+  std::uint32_t reference = 0;
+  FmuType type = FmuType::float64;
+  std::string causality = "local", variability, initial, unit;
+  std::optional<double> lower, upper;
+  std::vector<std::string> start{};  ///< by element
+  std::size_t elements = 1;
+  bool is_array = false;
+};
+
+/// An FMU for co-simulation.
+struct FmuDescription {
+  int version = 2;  ///< 2 or 3
+  std::string model_name, token, generation_tool, license, identifier;
+  bool variable_step = false, can_copy_state = false, can_serialise_state = false;
+  double fixed_step_s = 0.0;    ///< 0: not stated
+  double default_step_s = 0.0;  ///< of the default experiment; 0: not stated
+  std::vector<FmuVariable> variables;
+  std::unordered_map<std::string, std::size_t> by_name;
+
+  /// A variable, or an element NAME[i] of an array, from 1 on. Throws FmuError.
+  struct Element {
+    const FmuVariable* variable = nullptr;
+    std::size_t element = 0;
+  };
+  Element find(const std::string& name) const;
+};
+
+/// Throws FmuError: no XML, no FMI 2.0 or 3.0, no co-simulation, needs a tool, or beyond the limits.
+FmuDescription read_model_description(std::string_view xml);
+
+}  // namespace takt

@@ -1,0 +1,231 @@
+// FMI 2.0 (2.0.5), co-simulation: section 4.2.4 of the standard, the state machine of a slave.
+#include <fmi2FunctionTypes.h>
+
+#include <array>
+#include <cmath>
+#include <cstdarg>
+#include <cstdio>
+#include <cstdlib>
+
+#include "server/tools/takt_fmu_host/fmi_instance.h"
+
+namespace takt::fmu_host {
+namespace {
+
+using fmu_wire::Place;
+using fmu_wire::Setting;
+
+void log(fmi2ComponentEnvironment, fmi2String, fmi2Status status, fmi2String, fmi2String message, ...) {
+  if (status < fmi2Discard || status == fmi2Pending || message == nullptr) return;
+  std::array<char, 512> text{};
+  va_list arguments;
+  va_start(arguments, message);
+  std::vsnprintf(text.data(), text.size(), message, arguments);
+  va_end(arguments);
+  last_message() = text.data();
+}
+
+const char* word(fmi2Status status) {
+  constexpr std::array<const char*, 6> kWords{"OK", "Warning", "Discard", "Error", "Fatal", "Pending"};
+  return kWords[static_cast<std::size_t>(status) % kWords.size()];
+}
+
+void check(const char* call, fmi2Status status) {
+  if (status == fmi2OK || status == fmi2Warning) return;
+  throw FmiError(with_message(std::string("the FMU answered fmi2") + word(status) + " to " + call));
+}
+
+struct Functions {
+  void* library = nullptr;
+#define TAKT_FMI2(name) fmi2##name##TYPE* name = nullptr
+  TAKT_FMI2(GetVersion);
+  TAKT_FMI2(Instantiate);
+  TAKT_FMI2(FreeInstance);
+  TAKT_FMI2(SetupExperiment);
+  TAKT_FMI2(EnterInitializationMode);
+  TAKT_FMI2(ExitInitializationMode);
+  TAKT_FMI2(Reset);
+  TAKT_FMI2(GetReal);
+  TAKT_FMI2(GetInteger);
+  TAKT_FMI2(GetBoolean);
+  TAKT_FMI2(SetReal);
+  TAKT_FMI2(SetInteger);
+  TAKT_FMI2(SetBoolean);
+  TAKT_FMI2(SetString);
+  TAKT_FMI2(DoStep);
+  TAKT_FMI2(GetRealStatus);
+  TAKT_FMI2(GetBooleanStatus);
+  TAKT_FMI2(GetFMUstate);
+  TAKT_FMI2(SetFMUstate);
+  TAKT_FMI2(FreeFMUstate);
+  TAKT_FMI2(SerializedFMUstateSize);
+  TAKT_FMI2(SerializeFMUstate);
+  TAKT_FMI2(DeSerializeFMUstate);
+#undef TAKT_FMI2
+};
+
+template <class Type>
+void find(void* library, const char* name, Type*& to) {
+  to = reinterpret_cast<Type*>(function(library, name));
+}
+
+class Instance final : public FmiInstance {
+ public:
+  explicit Instance(const fmu_wire::Start& start) : p_(start) {
+    f_.library = open_library(p_.library);
+#define TAKT_FMI2(name) find(f_.library, "fmi2" #name, f_.name)
+    TAKT_FMI2(GetVersion);
+    TAKT_FMI2(Instantiate);
+    TAKT_FMI2(FreeInstance);
+    TAKT_FMI2(SetupExperiment);
+    TAKT_FMI2(EnterInitializationMode);
+    TAKT_FMI2(ExitInitializationMode);
+    TAKT_FMI2(Reset);
+    TAKT_FMI2(GetReal);
+    TAKT_FMI2(GetInteger);
+    TAKT_FMI2(GetBoolean);
+    TAKT_FMI2(SetReal);
+    TAKT_FMI2(SetInteger);
+    TAKT_FMI2(SetBoolean);
+    TAKT_FMI2(SetString);
+    TAKT_FMI2(DoStep);
+    TAKT_FMI2(GetRealStatus);
+    TAKT_FMI2(GetBooleanStatus);
+    if (p_.can_serialise_state) {
+      TAKT_FMI2(GetFMUstate);
+      TAKT_FMI2(SetFMUstate);
+      TAKT_FMI2(FreeFMUstate);
+      TAKT_FMI2(SerializedFMUstateSize);
+      TAKT_FMI2(SerializeFMUstate);
+      TAKT_FMI2(DeSerializeFMUstate);
+    }
+#undef TAKT_FMI2
+    const char* version = f_.GetVersion();
+    if (version == nullptr || std::string(version).rfind("2.", 0) != 0)
+      throw FmiError("the library of the FMU follows FMI '" + std::string(version != nullptr ? version : "") +
+                     "', its description FMI 2.0");
+  }
+
+  void start(std::span<double> outputs) override {
+    if (c_ != nullptr && f_.Reset(c_) > fmi2Warning) {
+      f_.FreeInstance(c_);
+      c_ = nullptr;
+    }
+    if (c_ == nullptr) {
+      const std::string uri = "file://" + p_.resources;
+      c_ = f_.Instantiate(p_.instance.c_str(), fmi2CoSimulation, p_.token.c_str(), uri.c_str(), &callbacks_,
+                          fmi2False, fmi2False);
+    }
+    if (c_ == nullptr) throw FmiError(with_message("fmi2Instantiate returned no instance"));
+    for (const Setting& setting : p_.settings) set(setting);
+    check("fmi2SetupExperiment", f_.SetupExperiment(c_, fmi2False, 0.0, 0.0, fmi2False, 0.0));
+    check("fmi2EnterInitializationMode", f_.EnterInitializationMode(c_));
+    check("fmi2ExitInitializationMode", f_.ExitInitializationMode(c_));
+    get(outputs);
+  }
+
+  void step(double t, double h, std::span<const double> inputs, std::span<double> outputs) override {
+    if (c_ == nullptr) throw FmiError("the FMU has not been started");
+    for (std::size_t i = 0; i < inputs.size(); ++i) set(p_.inputs[i], inputs[i]);
+    const fmi2Status status = f_.DoStep(c_, t, h, fmi2True);
+    if (status == fmi2Pending)
+      throw FmiError(
+          "the FMU answered fmi2Pending to fmi2DoStep: it computes asynchronously, which takt does not take");
+    if (status == fmi2Discard) {
+      fmi2Boolean ended = fmi2False;
+      f_.GetBooleanStatus(c_, fmi2Terminated, &ended);
+      fmi2Real reached = t;
+      f_.GetRealStatus(c_, fmi2LastSuccessfulTime, &reached);
+      throw FmiError(with_message(ended != fmi2False
+                                      ? "the FMU ended its simulation at " + std::to_string(reached) + " s"
+                                      : "the FMU answered fmi2Discard to the step from " + std::to_string(t) +
+                                            " s to " + std::to_string(t + h) + " s; it came to " +
+                                            std::to_string(reached) + " s. A smaller step_s may help"));
+    }
+    check("fmi2DoStep", status);
+    get(outputs);
+  }
+
+  void save(std::vector<std::byte>& state) override {
+    fmi2FMUstate copy = nullptr;
+    check("fmi2GetFMUstate", f_.GetFMUstate(c_, &copy));
+    std::size_t size = 0;
+    check("fmi2SerializedFMUstateSize", f_.SerializedFMUstateSize(c_, copy, &size));
+    if (size > fmu_wire::kLongestMessage / 2) throw FmiError("the state of the FMU has too many bytes");
+    const std::size_t before = state.size();
+    state.resize(before + size);
+    const fmi2Status status =
+        f_.SerializeFMUstate(c_, copy, reinterpret_cast<fmi2Byte*>(state.data() + before), size);
+    f_.FreeFMUstate(c_, &copy);
+    check("fmi2SerializeFMUstate", status);
+  }
+
+  void load(std::span<const std::byte> state) override {
+    if (c_ == nullptr) throw FmiError("the FMU has not been started");
+    fmi2FMUstate copy = nullptr;
+    check("fmi2DeSerializeFMUstate",
+          f_.DeSerializeFMUstate(c_, reinterpret_cast<const fmi2Byte*>(state.data()), state.size(), &copy));
+    const fmi2Status status = f_.SetFMUstate(c_, copy);
+    f_.FreeFMUstate(c_, &copy);
+    check("fmi2SetFMUstate", status);
+  }
+
+ private:
+  void set(const Setting& setting) {
+    const std::string& value = setting.values.front();
+    const fmi2ValueReference at = setting.reference;
+    if (setting.type == FmuType::text) {
+      const fmi2String text = value.c_str();
+      check("fmi2SetString", f_.SetString(c_, &at, 1, &text));
+    } else if (setting.type == FmuType::boolean) {
+      const fmi2Boolean flag = value == "true" ? fmi2True : fmi2False;
+      check("fmi2SetBoolean", f_.SetBoolean(c_, &at, 1, &flag));
+    } else {
+      set({setting.type, setting.reference, 1, 0, {}}, std::strtod(value.c_str(), nullptr));
+    }
+  }
+
+  void set(const Place& place, double value) {
+    const fmi2ValueReference at = place.reference;
+    if (place.type == FmuType::float64) {
+      check("fmi2SetReal", f_.SetReal(c_, &at, 1, &value));
+    } else if (place.type == FmuType::boolean) {
+      const fmi2Boolean flag = value >= 0.5 ? fmi2True : fmi2False;
+      check("fmi2SetBoolean", f_.SetBoolean(c_, &at, 1, &flag));
+    } else {
+      const auto whole = static_cast<fmi2Integer>(std::lround(value));
+      check("fmi2SetInteger", f_.SetInteger(c_, &at, 1, &whole));
+    }
+  }
+
+  void get(std::span<double> outputs) {
+    for (std::size_t i = 0; i < outputs.size(); ++i) {
+      const Place& place = p_.outputs[i];
+      const fmi2ValueReference at = place.reference;
+      if (place.type == FmuType::float64) {
+        check("fmi2GetReal", f_.GetReal(c_, &at, 1, &outputs[i]));
+      } else if (place.type == FmuType::boolean) {
+        fmi2Boolean flag = fmi2False;
+        check("fmi2GetBoolean", f_.GetBoolean(c_, &at, 1, &flag));
+        outputs[i] = flag != fmi2False ? 1.0 : 0.0;
+      } else {
+        fmi2Integer whole = 0;
+        check("fmi2GetInteger", f_.GetInteger(c_, &at, 1, &whole));
+        outputs[i] = whole;
+      }
+    }
+  }
+
+  fmu_wire::Start p_;
+  Functions f_;
+  fmi2Component c_ = nullptr;
+  fmi2CallbackFunctions callbacks_{&log, &std::calloc, &std::free, nullptr, nullptr};
+};
+
+}  // namespace
+
+std::unique_ptr<FmiInstance> load_fmi2(const fmu_wire::Start& start) {
+  return std::make_unique<Instance>(start);
+}
+
+}  // namespace takt::fmu_host

@@ -1,0 +1,283 @@
+// FMI 3.0, co-simulation without event mode: section 4.2 of the standard.
+#include <fmi3FunctionTypes.h>
+
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <map>
+#include <type_traits>
+
+#include "server/tools/takt_fmu_host/fmi_instance.h"
+
+namespace takt::fmu_host {
+namespace {
+
+using fmu_wire::Place;
+using fmu_wire::Setting;
+
+void log(fmi3InstanceEnvironment, fmi3Status status, fmi3String, fmi3String message) {
+  if (status < fmi3Discard || message == nullptr) return;
+  last_message() = std::string(message).substr(0, 500);
+}
+
+void check(const char* call, fmi3Status status) {
+  constexpr std::array<const char*, 5> kWords{"OK", "Warning", "Discard", "Error", "Fatal"};
+  if (status == fmi3OK || status == fmi3Warning) return;
+  throw FmiError(with_message(std::string("the FMU answered fmi3") +
+                              kWords[static_cast<std::size_t>(status) % kWords.size()] + " to " + call));
+}
+
+template <class Type>
+void find(void* library, const char* name, Type*& to) {
+  to = reinterpret_cast<Type*>(function(library, name));
+}
+
+/// Numbers as texts: whole ones with all their digits.
+template <class T>
+T number_of(const std::string& text) {
+  if constexpr (std::is_same_v<T, bool>)
+    return text == "true" || text == "1";
+  else if constexpr (std::is_same_v<T, std::uint64_t>)
+    return text.find_first_of(".eE-") == std::string::npos
+               ? std::strtoull(text.c_str(), nullptr, 10)
+               : static_cast<T>(std::strtod(text.c_str(), nullptr));
+  else if constexpr (std::is_integral_v<T>)
+    return static_cast<T>(text.find_first_of(".eE") == std::string::npos
+                              ? std::strtoll(text.c_str(), nullptr, 10)
+                              : static_cast<long long>(std::strtod(text.c_str(), nullptr)));
+  else
+    return static_cast<T>(std::strtod(text.c_str(), nullptr));
+}
+
+template <class T>
+T to_type(double value) {
+  if constexpr (std::is_same_v<T, bool>)
+    return value >= 0.5;
+  else if constexpr (std::is_integral_v<T>)
+    return static_cast<T>(std::llround(value));
+  else
+    return static_cast<T>(value);
+}
+
+class Instance final : public FmiInstance {
+ public:
+  explicit Instance(const fmu_wire::Start& start) : p_(start) {
+    void* library = open_library(p_.library);
+#define TAKT_FMI3(name) find(library, "fmi3" #name, name##_)
+    TAKT_FMI3(GetVersion);
+    TAKT_FMI3(InstantiateCoSimulation);
+    TAKT_FMI3(FreeInstance);
+    TAKT_FMI3(EnterInitializationMode);
+    TAKT_FMI3(ExitInitializationMode);
+    TAKT_FMI3(Reset);
+    TAKT_FMI3(SetString);
+    TAKT_FMI3(DoStep);
+    TAKT_FMI3(GetFloat64), TAKT_FMI3(SetFloat64);
+    TAKT_FMI3(GetFloat32), TAKT_FMI3(SetFloat32);
+    TAKT_FMI3(GetInt8), TAKT_FMI3(SetInt8), TAKT_FMI3(GetUInt8), TAKT_FMI3(SetUInt8);
+    TAKT_FMI3(GetInt16), TAKT_FMI3(SetInt16), TAKT_FMI3(GetUInt16), TAKT_FMI3(SetUInt16);
+    TAKT_FMI3(GetInt32), TAKT_FMI3(SetInt32), TAKT_FMI3(GetUInt32), TAKT_FMI3(SetUInt32);
+    TAKT_FMI3(GetInt64), TAKT_FMI3(SetInt64), TAKT_FMI3(GetUInt64), TAKT_FMI3(SetUInt64);
+    TAKT_FMI3(GetBoolean), TAKT_FMI3(SetBoolean);
+    if (p_.can_serialise_state) {
+      TAKT_FMI3(GetFMUState), TAKT_FMI3(SetFMUState), TAKT_FMI3(FreeFMUState);
+      TAKT_FMI3(SerializedFMUStateSize), TAKT_FMI3(SerializeFMUState), TAKT_FMI3(DeserializeFMUState);
+    }
+#undef TAKT_FMI3
+    const char* version = GetVersion_();
+    if (version == nullptr || std::string(version).rfind("3.", 0) != 0)
+      throw FmiError("the library of the FMU follows FMI '" + std::string(version != nullptr ? version : "") +
+                     "', its description FMI 3.0");
+  }
+
+  void start(std::span<double> outputs) override {
+    if (c_ != nullptr && Reset_(c_) > fmi3Warning) {
+      FreeInstance_(c_);
+      c_ = nullptr;
+    }
+    if (c_ == nullptr) {
+      const std::string path = p_.resources + "/";
+      c_ = InstantiateCoSimulation_(p_.instance.c_str(), p_.token.c_str(), path.c_str(), false, false, false,
+                                    false, nullptr, 0, nullptr, &log, nullptr);
+    }
+    if (c_ == nullptr) throw FmiError(with_message("fmi3InstantiateCoSimulation returned no instance"));
+    for (const Setting& setting : p_.settings) set(setting);
+    check("fmi3EnterInitializationMode", EnterInitializationMode_(c_, false, 0.0, 0.0, false, 0.0));
+    check("fmi3ExitInitializationMode", ExitInitializationMode_(c_));
+    for (const Place& place : p_.inputs) {
+      if (place.elements <= 1) continue;
+      std::vector<double>& all = arrays_[{place.type, place.reference}];
+      all.clear();
+      for (const std::string& text : place.start)
+        all.push_back(place.type == FmuType::boolean ? (text == "true" || text == "1" ? 1.0 : 0.0)
+                                                     : std::strtod(text.c_str(), nullptr));
+    }
+    get(outputs);
+  }
+
+  void step(double t, double h, std::span<const double> inputs, std::span<double> outputs) override {
+    if (c_ == nullptr) throw FmiError("the FMU has not been started");
+    for (std::size_t i = 0; i < inputs.size(); ++i) {
+      const Place& place = p_.inputs[i];
+      if (place.elements > 1)
+        arrays_[{place.type, place.reference}][place.element] = inputs[i];
+      else
+        set_numbers(place.type, place.reference, {&inputs[i], 1});
+    }
+    for (const auto& [of, values] : arrays_) set_numbers(of.first, of.second, values);
+    constexpr int kMostParts = 1000;
+    double at = t;
+    for (int part = 0; at < t + h && part < kMostParts; ++part) {
+      bool event = false, ended = false, early = false;
+      double reached = t + h;
+      check("fmi3DoStep", DoStep_(c_, at, t + h - at, true, &event, &ended, &early, &reached));
+      if (ended)
+        throw FmiError(with_message("the FMU ended its simulation at " + std::to_string(reached) + " s"));
+      if (!early) break;
+      if (!(reached > at) || part + 1 == kMostParts)
+        throw FmiError("the FMU returns early from its step and does not come on from " + std::to_string(at) +
+                       " s");
+      at = reached;
+    }
+    get(outputs);
+  }
+
+  void save(std::vector<std::byte>& state) override {
+    fmi3FMUState copy = nullptr;
+    check("fmi3GetFMUState", GetFMUState_(c_, &copy));
+    std::size_t size = 0;
+    check("fmi3SerializedFMUStateSize", SerializedFMUStateSize_(c_, copy, &size));
+    if (size > fmu_wire::kLongestMessage / 2) throw FmiError("the state of the FMU has too many bytes");
+    const std::size_t before = state.size();
+    state.resize(before + size);
+    const fmi3Status status =
+        SerializeFMUState_(c_, copy, reinterpret_cast<fmi3Byte*>(state.data() + before), size);
+    FreeFMUState_(c_, &copy);
+    check("fmi3SerializeFMUState", status);
+  }
+
+  void load(std::span<const std::byte> state) override {
+    if (c_ == nullptr) throw FmiError("the FMU has not been started");
+    fmi3FMUState copy = nullptr;
+    check("fmi3DeserializeFMUState",
+          DeserializeFMUState_(c_, reinterpret_cast<const fmi3Byte*>(state.data()), state.size(), &copy));
+    const fmi3Status status = SetFMUState_(c_, copy);
+    FreeFMUState_(c_, &copy);
+    check("fmi3SetFMUState", status);
+  }
+
+ private:
+  /// Calls `use(T{}, getter, setter, names)` with the type of the language for a type of FMI.
+  template <class Use>
+  void with_type(FmuType type, const Use& use) {
+    switch (type) {
+      case FmuType::float64:
+        return use(fmi3Float64{}, GetFloat64_, SetFloat64_);
+      case FmuType::float32:
+        return use(fmi3Float32{}, GetFloat32_, SetFloat32_);
+      case FmuType::int8:
+        return use(fmi3Int8{}, GetInt8_, SetInt8_);
+      case FmuType::uint8:
+        return use(fmi3UInt8{}, GetUInt8_, SetUInt8_);
+      case FmuType::int16:
+        return use(fmi3Int16{}, GetInt16_, SetInt16_);
+      case FmuType::uint16:
+        return use(fmi3UInt16{}, GetUInt16_, SetUInt16_);
+      case FmuType::int32:
+        return use(fmi3Int32{}, GetInt32_, SetInt32_);
+      case FmuType::uint32:
+        return use(fmi3UInt32{}, GetUInt32_, SetUInt32_);
+      case FmuType::uint64:
+        return use(fmi3UInt64{}, GetUInt64_, SetUInt64_);
+      case FmuType::boolean:
+        return use(fmi3Boolean{}, GetBoolean_, SetBoolean_);
+      default:
+        return use(fmi3Int64{}, GetInt64_, SetInt64_);  // enumerations too
+    }
+  }
+
+  void set(const Setting& setting) {
+    const fmi3ValueReference at = setting.reference;
+    if (setting.type == FmuType::text) {
+      std::vector<fmi3String> texts;
+      for (const std::string& value : setting.values) texts.push_back(value.c_str());
+      return check("fmi3SetString", SetString_(c_, &at, 1, texts.data(), texts.size()));
+    }
+    with_type(setting.type, [&]<class T>(T, auto, auto setter) {
+      const std::unique_ptr<T[]> values(new T[setting.values.size()]);
+      for (std::size_t i = 0; i < setting.values.size(); ++i) values[i] = number_of<T>(setting.values[i]);
+      check(("setting '" + setting.name + "'").c_str(),
+            setter(c_, &at, 1, values.get(), setting.values.size()));
+    });
+  }
+
+  void set_numbers(FmuType type, fmi3ValueReference at, std::span<const double> numbers) {
+    with_type(type, [&]<class T>(T, auto, auto setter) {
+      const std::unique_ptr<T[]> values(new T[numbers.size()]);
+      for (std::size_t i = 0; i < numbers.size(); ++i) values[i] = to_type<T>(numbers[i]);
+      check("setting an input", setter(c_, &at, 1, values.get(), numbers.size()));
+    });
+  }
+
+  void get(std::span<double> outputs) {
+    for (std::size_t i = 0; i < outputs.size(); ++i) {
+      const Place& place = p_.outputs[i];
+      const fmi3ValueReference at = place.reference;
+      with_type(place.type, [&]<class T>(T, auto getter, auto) {
+        const std::unique_ptr<T[]> values(new T[place.elements]());
+        check("reading an output", getter(c_, &at, 1, values.get(), place.elements));
+        outputs[i] = static_cast<double>(values[place.element]);
+      });
+    }
+  }
+
+  fmu_wire::Start p_;
+  fmi3Instance c_ = nullptr;
+  std::map<std::pair<FmuType, fmi3ValueReference>, std::vector<double>> arrays_;  ///< inputs
+#define TAKT_FMI3(name) fmi3##name##TYPE* name##_ = nullptr
+  TAKT_FMI3(GetVersion);
+  TAKT_FMI3(InstantiateCoSimulation);
+  TAKT_FMI3(FreeInstance);
+  TAKT_FMI3(EnterInitializationMode);
+  TAKT_FMI3(ExitInitializationMode);
+  TAKT_FMI3(Reset);
+  TAKT_FMI3(SetString);
+  TAKT_FMI3(DoStep);
+  TAKT_FMI3(GetFloat64);
+  TAKT_FMI3(SetFloat64);
+  TAKT_FMI3(GetFloat32);
+  TAKT_FMI3(SetFloat32);
+  TAKT_FMI3(GetInt8);
+  TAKT_FMI3(SetInt8);
+  TAKT_FMI3(GetUInt8);
+  TAKT_FMI3(SetUInt8);
+  TAKT_FMI3(GetInt16);
+  TAKT_FMI3(SetInt16);
+  TAKT_FMI3(GetUInt16);
+  TAKT_FMI3(SetUInt16);
+  TAKT_FMI3(GetInt32);
+  TAKT_FMI3(SetInt32);
+  TAKT_FMI3(GetUInt32);
+  TAKT_FMI3(SetUInt32);
+  TAKT_FMI3(GetInt64);
+  TAKT_FMI3(SetInt64);
+  TAKT_FMI3(GetUInt64);
+  TAKT_FMI3(SetUInt64);
+  TAKT_FMI3(GetBoolean);
+  TAKT_FMI3(SetBoolean);
+  TAKT_FMI3(GetFMUState);
+  TAKT_FMI3(SetFMUState);
+  TAKT_FMI3(FreeFMUState);
+  TAKT_FMI3(SerializedFMUStateSize);
+  TAKT_FMI3(SerializeFMUState);
+  TAKT_FMI3(DeserializeFMUState);
+#undef TAKT_FMI3
+};
+
+}  // namespace
+
+std::unique_ptr<FmiInstance> load_fmi3(const fmu_wire::Start& start) {
+  return std::make_unique<Instance>(start);
+}
+
+}  // namespace takt::fmu_host
