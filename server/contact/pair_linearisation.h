@@ -43,8 +43,8 @@ inline void move_point(const Vec3& p, Mat6& m) {
 /// target (velocity, angular velocity), d the displacement. K and D of a stable system are negative. K holds
 /// for a field of velocities that is fixed in space while the base is displaced.
 ///
-/// p_W moves with the target. A tangent of forces that move with the base has the change of their moment about it; about
-/// the point of the base that is there now, which moves by the linear part a of d, the moment changes by a x f less.
+/// p_W moves with the target. K of a tangent has the change of the moment about p_W. The point of the base that is at p_W now
+/// moves by a, the linear part of d. About that point the moment changes by K d - a x f.
 struct PairLinearisation {
   int base = -1, target = -1;  ///< component ids
   Vec3 p_W = Vec3::Zero();

@@ -8,9 +8,9 @@
 // The torque acts between Gripper and the threaded component. A Part that is turned out is free: the usual
 // rules choose its holder.
 //
-// A nut runner turns such a Part in. A Part that is out is taken by the thread when it stands where it comes out, with
-// its axis in line, and the runner's bit meets its head: from then on it is attached. Beyond the seat the torque rises
-// with the angle (ScrewTightening) up to the torque limit; a screwdriver needs that torque to loosen it.
+// A nut runner turns such a Part in. The thread takes a Part that stands where it comes out, with its axis in line, once the
+// bit of the runner meets its head. The Part is then attached. Beyond the seat the torque rises with the angle
+// (ScrewTightening) up to the torque limit; a screwdriver needs that torque to loosen the Part.
 #include <optional>
 #include <string>
 #include <vector>

@@ -81,7 +81,7 @@ TEST_P(ReferenceFmus, GiveTheResultsThatTheyBring) {
       ASSERT_TRUE(cell.step()) << cell.simulation().fault();
     }
     if (std::string_view(c.name) == "Stair" && t > 8.9) {
-      // It ends its simulation with the last event; its outputs are held from then on.
+      // This FMU ends its simulation at its last event. The device then holds the outputs.
       EXPECT_EQ(cell.value("failed"), 1.0);
       EXPECT_THAT(cell.notices(), testing::HasSubstr("the FMU ended its simulation at 9"));
       return;

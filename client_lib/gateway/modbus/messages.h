@@ -94,7 +94,7 @@ std::string read_write_request(std::size_t read_first, std::size_t read_count, s
 
 /// What a reply says, checked against its request.
 struct Reply {
-  std::string fault;  ///< why the reply is none to this request; empty: it is
+  std::string fault;  ///< why the reply does not answer this request; empty: it does
   std::uint8_t exception = 0;
   std::vector<bool> bits{};  ///< of functions 1 and 2, as many as were asked for
   std::vector<std::uint16_t> registers{};

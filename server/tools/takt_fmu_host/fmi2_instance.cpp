@@ -35,32 +35,20 @@ void check(const char* call, fmi2Status status) {
   throw FmiError(with_message(std::string("the FMU answered fmi2") + word(status) + " to " + call));
 }
 
+// Functions that every co-simulation FMU has, and those for its state.
+#define TAKT_FMI2_FUNCTIONS(use)                                                                       \
+  use(GetVersion) use(Instantiate) use(FreeInstance) use(SetupExperiment) use(EnterInitializationMode) \
+      use(ExitInitializationMode) use(Reset) use(GetReal) use(GetInteger) use(GetBoolean) use(SetReal) \
+          use(SetInteger) use(SetBoolean) use(SetString) use(DoStep) use(GetRealStatus)                \
+              use(GetBooleanStatus)
+#define TAKT_FMI2_STATE_FUNCTIONS(use)                                                                   \
+  use(GetFMUstate) use(SetFMUstate) use(FreeFMUstate) use(SerializedFMUstateSize) use(SerializeFMUstate) \
+      use(DeSerializeFMUstate)
+
 struct Functions {
-  void* library = nullptr;
-#define TAKT_FMI2(name) fmi2##name##TYPE* name = nullptr
-  TAKT_FMI2(GetVersion);
-  TAKT_FMI2(Instantiate);
-  TAKT_FMI2(FreeInstance);
-  TAKT_FMI2(SetupExperiment);
-  TAKT_FMI2(EnterInitializationMode);
-  TAKT_FMI2(ExitInitializationMode);
-  TAKT_FMI2(Reset);
-  TAKT_FMI2(GetReal);
-  TAKT_FMI2(GetInteger);
-  TAKT_FMI2(GetBoolean);
-  TAKT_FMI2(SetReal);
-  TAKT_FMI2(SetInteger);
-  TAKT_FMI2(SetBoolean);
-  TAKT_FMI2(SetString);
-  TAKT_FMI2(DoStep);
-  TAKT_FMI2(GetRealStatus);
-  TAKT_FMI2(GetBooleanStatus);
-  TAKT_FMI2(GetFMUstate);
-  TAKT_FMI2(SetFMUstate);
-  TAKT_FMI2(FreeFMUstate);
-  TAKT_FMI2(SerializedFMUstateSize);
-  TAKT_FMI2(SerializeFMUstate);
-  TAKT_FMI2(DeSerializeFMUstate);
+#define TAKT_FMI2(name) fmi2##name##TYPE* name = nullptr;
+  TAKT_FMI2_FUNCTIONS(TAKT_FMI2)
+  TAKT_FMI2_STATE_FUNCTIONS(TAKT_FMI2)
 #undef TAKT_FMI2
 };
 
@@ -72,32 +60,11 @@ void find(void* library, const char* name, Type*& to) {
 class Instance final : public FmiInstance {
  public:
   explicit Instance(const fmu_wire::Start& start) : p_(start) {
-    f_.library = open_library(p_.library);
-#define TAKT_FMI2(name) find(f_.library, "fmi2" #name, f_.name)
-    TAKT_FMI2(GetVersion);
-    TAKT_FMI2(Instantiate);
-    TAKT_FMI2(FreeInstance);
-    TAKT_FMI2(SetupExperiment);
-    TAKT_FMI2(EnterInitializationMode);
-    TAKT_FMI2(ExitInitializationMode);
-    TAKT_FMI2(Reset);
-    TAKT_FMI2(GetReal);
-    TAKT_FMI2(GetInteger);
-    TAKT_FMI2(GetBoolean);
-    TAKT_FMI2(SetReal);
-    TAKT_FMI2(SetInteger);
-    TAKT_FMI2(SetBoolean);
-    TAKT_FMI2(SetString);
-    TAKT_FMI2(DoStep);
-    TAKT_FMI2(GetRealStatus);
-    TAKT_FMI2(GetBooleanStatus);
+    void* library = open_library(p_.library);
+#define TAKT_FMI2(name) find(library, "fmi2" #name, f_.name);
+    TAKT_FMI2_FUNCTIONS(TAKT_FMI2)
     if (p_.can_serialise_state) {
-      TAKT_FMI2(GetFMUstate);
-      TAKT_FMI2(SetFMUstate);
-      TAKT_FMI2(FreeFMUstate);
-      TAKT_FMI2(SerializedFMUstateSize);
-      TAKT_FMI2(SerializeFMUstate);
-      TAKT_FMI2(DeSerializeFMUstate);
+      TAKT_FMI2_STATE_FUNCTIONS(TAKT_FMI2)
     }
 #undef TAKT_FMI2
     const char* version = f_.GetVersion();

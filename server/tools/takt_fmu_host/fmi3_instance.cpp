@@ -59,29 +59,26 @@ T to_type(double value) {
     return static_cast<T>(value);
 }
 
+// Functions that every co-simulation FMU has, and those for its state.
+#define TAKT_FMI3_FUNCTIONS(use)                                                                          \
+  use(GetVersion) use(InstantiateCoSimulation) use(FreeInstance) use(EnterInitializationMode)             \
+      use(ExitInitializationMode) use(Reset) use(SetString) use(DoStep) use(GetFloat64) use(SetFloat64)   \
+          use(GetFloat32) use(SetFloat32) use(GetInt8) use(SetInt8) use(GetUInt8) use(SetUInt8)           \
+              use(GetInt16) use(SetInt16) use(GetUInt16) use(SetUInt16) use(GetInt32) use(SetInt32)       \
+                  use(GetUInt32) use(SetUInt32) use(GetInt64) use(SetInt64) use(GetUInt64) use(SetUInt64) \
+                      use(GetBoolean) use(SetBoolean)
+#define TAKT_FMI3_STATE_FUNCTIONS(use)                                                                   \
+  use(GetFMUState) use(SetFMUState) use(FreeFMUState) use(SerializedFMUStateSize) use(SerializeFMUState) \
+      use(DeserializeFMUState)
+
 class Instance final : public FmiInstance {
  public:
   explicit Instance(const fmu_wire::Start& start) : p_(start) {
     void* library = open_library(p_.library);
-#define TAKT_FMI3(name) find(library, "fmi3" #name, name##_)
-    TAKT_FMI3(GetVersion);
-    TAKT_FMI3(InstantiateCoSimulation);
-    TAKT_FMI3(FreeInstance);
-    TAKT_FMI3(EnterInitializationMode);
-    TAKT_FMI3(ExitInitializationMode);
-    TAKT_FMI3(Reset);
-    TAKT_FMI3(SetString);
-    TAKT_FMI3(DoStep);
-    TAKT_FMI3(GetFloat64), TAKT_FMI3(SetFloat64);
-    TAKT_FMI3(GetFloat32), TAKT_FMI3(SetFloat32);
-    TAKT_FMI3(GetInt8), TAKT_FMI3(SetInt8), TAKT_FMI3(GetUInt8), TAKT_FMI3(SetUInt8);
-    TAKT_FMI3(GetInt16), TAKT_FMI3(SetInt16), TAKT_FMI3(GetUInt16), TAKT_FMI3(SetUInt16);
-    TAKT_FMI3(GetInt32), TAKT_FMI3(SetInt32), TAKT_FMI3(GetUInt32), TAKT_FMI3(SetUInt32);
-    TAKT_FMI3(GetInt64), TAKT_FMI3(SetInt64), TAKT_FMI3(GetUInt64), TAKT_FMI3(SetUInt64);
-    TAKT_FMI3(GetBoolean), TAKT_FMI3(SetBoolean);
+#define TAKT_FMI3(name) find(library, "fmi3" #name, name##_);
+    TAKT_FMI3_FUNCTIONS(TAKT_FMI3)
     if (p_.can_serialise_state) {
-      TAKT_FMI3(GetFMUState), TAKT_FMI3(SetFMUState), TAKT_FMI3(FreeFMUState);
-      TAKT_FMI3(SerializedFMUStateSize), TAKT_FMI3(SerializeFMUState), TAKT_FMI3(DeserializeFMUState);
+      TAKT_FMI3_STATE_FUNCTIONS(TAKT_FMI3)
     }
 #undef TAKT_FMI3
     const char* version = GetVersion_();
@@ -234,43 +231,9 @@ class Instance final : public FmiInstance {
   fmu_wire::Start p_;
   fmi3Instance c_ = nullptr;
   std::map<std::pair<FmuType, fmi3ValueReference>, std::vector<double>> arrays_;  ///< inputs
-#define TAKT_FMI3(name) fmi3##name##TYPE* name##_ = nullptr
-  TAKT_FMI3(GetVersion);
-  TAKT_FMI3(InstantiateCoSimulation);
-  TAKT_FMI3(FreeInstance);
-  TAKT_FMI3(EnterInitializationMode);
-  TAKT_FMI3(ExitInitializationMode);
-  TAKT_FMI3(Reset);
-  TAKT_FMI3(SetString);
-  TAKT_FMI3(DoStep);
-  TAKT_FMI3(GetFloat64);
-  TAKT_FMI3(SetFloat64);
-  TAKT_FMI3(GetFloat32);
-  TAKT_FMI3(SetFloat32);
-  TAKT_FMI3(GetInt8);
-  TAKT_FMI3(SetInt8);
-  TAKT_FMI3(GetUInt8);
-  TAKT_FMI3(SetUInt8);
-  TAKT_FMI3(GetInt16);
-  TAKT_FMI3(SetInt16);
-  TAKT_FMI3(GetUInt16);
-  TAKT_FMI3(SetUInt16);
-  TAKT_FMI3(GetInt32);
-  TAKT_FMI3(SetInt32);
-  TAKT_FMI3(GetUInt32);
-  TAKT_FMI3(SetUInt32);
-  TAKT_FMI3(GetInt64);
-  TAKT_FMI3(SetInt64);
-  TAKT_FMI3(GetUInt64);
-  TAKT_FMI3(SetUInt64);
-  TAKT_FMI3(GetBoolean);
-  TAKT_FMI3(SetBoolean);
-  TAKT_FMI3(GetFMUState);
-  TAKT_FMI3(SetFMUState);
-  TAKT_FMI3(FreeFMUState);
-  TAKT_FMI3(SerializedFMUStateSize);
-  TAKT_FMI3(SerializeFMUState);
-  TAKT_FMI3(DeserializeFMUState);
+#define TAKT_FMI3(name) fmi3##name##TYPE* name##_ = nullptr;
+  TAKT_FMI3_FUNCTIONS(TAKT_FMI3)
+  TAKT_FMI3_STATE_FUNCTIONS(TAKT_FMI3)
 #undef TAKT_FMI3
 };
 
