@@ -63,7 +63,7 @@ bool Clamps::update(double h, const CellMotion& motion, CellPlant& plant, Compon
   for (std::size_t i = 0; i < states_.size(); ++i) {
     const Clamp& clamp = model_.clamps[i];
     State& state = states_[i];
-    auto& signals = static_cast<SignalTable&>(plant.device(static_cast<std::size_t>(clamp.device)));
+    SignalTable& signals = signal_table(plant, clamp.device);
     const bool closes = signals.value(close) != 0.0;
     std::erase_if(state.held, [&](int part) { return interaction.attached_to(part) != clamp.ground; });
     bool present = false;

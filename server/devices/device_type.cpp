@@ -3,7 +3,13 @@
 #include <algorithm>
 #include <iterator>
 
+#include "server/simulation/step/cell_plant.h"
+
 namespace takt {
+
+SignalTable& signal_table(CellPlant& plant, int device) {
+  return static_cast<SignalTable&>(plant.device(static_cast<std::size_t>(device)));
+}
 
 Pose DeviceBuilder::pose_of_ground(const std::string& ground) const {
   const int id = cell.description.find_component(ground);

@@ -35,10 +35,6 @@ void describe_axes(Fields& f, const char* key, const char* doc, SensorAxes& axes
   });
 }
 
-SignalTable& board(CellPlant& plant, int device) {
-  return static_cast<SignalTable&>(plant.device(static_cast<std::size_t>(device)));
-}
-
 }  // namespace
 
 void describe(Fields& f, ScenarioForceTorqueSensor& s) {
@@ -199,7 +195,7 @@ bool ForceTorqueSensors::update(double h, const CellMotion& motion, CellPlant& p
     const Vec3 p_SF_W = motion.arms[robot].X_WF.p - X_WS.p;
     sensor.channel.sample(
         {X_WS.R.transpose() * load_W.f, X_WS.R.transpose() * (load_W.t + p_SF_W.cross(load_W.f))}, period_s);
-    SignalTable& signals = board(plant, p.device);
+    SignalTable& signals = signal_table(plant, p.device);
     const bool wanted = signals.value(tare) >= 0.5;
     if (wanted && !sensor.tare_was_set) sensor.channel.tare();
     sensor.tare_was_set = wanted;

@@ -11,10 +11,6 @@ namespace takt {
 namespace {
 constexpr double kRounding_s = 1e-9;
 
-SignalTable& board(CellPlant& plant, int device) {
-  return static_cast<SignalTable&>(plant.device(static_cast<std::size_t>(device)));
-}
-
 /// The mechanism of the cell with its pools.
 PartFlow::Model& flow_of(DeviceBuilder& b) {
   PartFlow::Model& model = b.mechanism<PartFlow>();
@@ -147,7 +143,8 @@ void PartFlow::begin_step(StepControl& control) {
   for (const Sink& sink : model_.sinks) take_out(sink, control);
   for (std::size_t i = 0; i < model_.sources.size(); ++i) bring_in(i, control);
   for (const Source& source : model_.sources)
-    board(control.plant(), source.device).report(available, static_cast<double>(flows_[source.pool].count));
+    signal_table(control.plant(), source.device)
+        .report(available, static_cast<double>(flows_[source.pool].count));
 }
 
 bool PartFlow::leaves(const Sink& sink, int part, StepControl& control) const {
@@ -164,7 +161,7 @@ bool PartFlow::leaves(const Sink& sink, int part, StepControl& control) const {
 }
 
 void PartFlow::take_out(const Sink& sink, StepControl& control) {
-  SignalTable& signals = board(control.plant(), sink.device);
+  SignalTable& signals = signal_table(control.plant(), sink.device);
   if (signals.value(enabled) == 0.0) return;
   for (const std::size_t pool : sink.pools) {
     Flow& flow = flows_[pool];
@@ -206,7 +203,7 @@ bool PartFlow::place_is_free(const Source& source, int part, StepControl& contro
 void PartFlow::bring_in(std::size_t index, StepControl& control) {
   const Source& source = model_.sources[index];
   Order& order = orders_[index];
-  SignalTable& signals = board(control.plant(), source.device);
+  SignalTable& signals = signal_table(control.plant(), source.device);
   const bool wanted = signals.value(release) != 0.0;
   const double t = control.time_s();
   if (source.period_s > 0.0) {

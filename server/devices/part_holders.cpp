@@ -23,10 +23,6 @@ constexpr double kFingerWidth_m = 2e-4, kFingerDepth_m = 0.01;
 constexpr double kTouchResolution_m = 1e-8;
 constexpr double kTurn = 2.0 * std::numbers::pi;
 
-SignalTable& board(CellPlant& plant, int device) {
-  return static_cast<SignalTable&>(plant.device(static_cast<std::size_t>(device)));
-}
-
 void describe_place(Fields& f, ScenarioHolderPlace& s) {
   f.field("at", s.on, f.name_of({"grippers", "parts", "grounds"}, "a gripper, a part or a ground"),
           "Component that carries it: a gripper, a tool (a part), or a ground.", kRequired);
@@ -386,7 +382,7 @@ void PartHolders::update_holder(std::size_t index, double h, const CellMotion& m
                                 ComponentInteraction& interaction, bool& changed) {
   const Holder& holder = model_.holders[index];
   State& state = states_[index];
-  SignalTable& signals = board(plant, holder.device);
+  SignalTable& signals = signal_table(plant, holder.device);
   const bool commanded = signals.value(on_now) != 0.0;
   const Pose X_WH = motion.bodies[static_cast<std::size_t>(holder.on)].X_WB * holder.X_CH;
   if (!commanded) state.spent = false;

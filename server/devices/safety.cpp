@@ -38,8 +38,7 @@ void Safety::begin_step(StepControl& control) {
   for (std::size_t i = 0; i < states_.size(); ++i) {
     State& state = states_[i];
     const Device& device = model_.devices[i];
-    auto& signals =
-        static_cast<SignalTable&>(control.plant().device(static_cast<std::size_t>(device.device)));
+    SignalTable& signals = signal_table(control.plant(), device.device);
     const bool cause = signals.value(emergency_stop) != 0.0 || signals.value(door_closed) == 0.0;
     const bool asked = signals.value(reset) != 0.0;
     const bool stops = cause || (state.stopped && (!asked || state.reset));

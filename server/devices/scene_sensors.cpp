@@ -14,10 +14,6 @@ namespace {
 using Kind = SceneSensorParameters::Kind;
 constexpr double kNone = std::numeric_limits<double>::infinity();
 
-SignalTable& board(CellPlant& plant, int device) {
-  return static_cast<SignalTable&>(plant.device(static_cast<std::size_t>(device)));
-}
-
 bool same(const Pose& a, const Pose& b) {
   return a.p == b.p && a.R == b.R;
 }
@@ -287,7 +283,7 @@ bool SceneSensors::look_again(const SceneSensorParameters& p, Sensor& sensor, co
 
 void SceneSensors::report(const SceneSensorParameters& p, Sensor& sensor, double h, bool looked,
                           CellPlant& plant) const {
-  SignalTable& signals = board(plant, p.device);
+  SignalTable& signals = signal_table(plant, p.device);
   switch (p.kind) {
     case Kind::barrier: {
       const bool on = sensor.output.sample_flag(sensor.nearest == 0.0, h);

@@ -146,10 +146,6 @@ namespace {
 constexpr double kAtThread_m = 1e-3;
 // A bit meets a head whose axis it is in line with to within 10 degrees.
 constexpr double kInLine = 0.984807753012208;
-
-SignalTable& board(CellPlant& plant, int device) {
-  return static_cast<SignalTable&>(plant.device(static_cast<std::size_t>(device)));
-}
 }  // namespace
 
 void ScrewJoints::start(ComponentInteraction& interaction) {
@@ -193,7 +189,7 @@ bool ScrewJoints::update(double h, const CellMotion& motion, CellPlant& plant,
                          ComponentInteraction& interaction) {
   bool changed = false;
   for (const Screwdriver& driver : model_.screwdrivers) {
-    SignalTable& signals = board(plant, driver.device);
+    SignalTable& signals = signal_table(plant, driver.device);
     const int met = engaged_joint(driver.palm, driver.X_GT, driver.reach_m, motion);
     ThreadTurn turn;
     if (met >= 0 && is_held(model_.joints[static_cast<std::size_t>(met)], interaction)) {
@@ -231,7 +227,7 @@ bool ScrewJoints::update(double h, const CellMotion& motion, CellPlant& plant,
   }
   for (std::size_t i = 0; i < model_.runners.size(); ++i) changed |= run(i, h, motion, plant, interaction);
   for (std::size_t i = 0; i < turned_rad_.size(); ++i) {
-    SignalTable& signals = board(plant, model_.joints[i].device);
+    SignalTable& signals = signal_table(plant, model_.joints[i].device);
     signals.report(turns, turned_rad_[i] / (2.0 * std::numbers::pi));
     signals.report(held, is_held(model_.joints[i], interaction) ? 1.0 : 0.0);
   }
@@ -250,7 +246,7 @@ bool ScrewJoints::stands_at_thread(std::size_t index, const CellMotion& motion) 
 bool ScrewJoints::run(std::size_t index, double h, const CellMotion& motion, CellPlant& plant,
                       ComponentInteraction& interaction) {
   const NutRunner& runner = model_.runners[index];
-  SignalTable& signals = board(plant, runner.device);
+  SignalTable& signals = signal_table(plant, runner.device);
   const int met = engaged_joint(runner.palm, runner.X_GT, runner.reach_m, motion);
   const double wanted = plant.motion_allowed() ? signals.value(run_speed) : 0.0;
   if (wanted > 0.0 && running_[index] == 0) signals.report(angle, 0.0), signals.report(done, 0.0);

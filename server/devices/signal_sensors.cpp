@@ -14,10 +14,6 @@ namespace {
 
 using Kind = SignalSensorParameters::Kind;
 
-SignalTable& board(CellPlant& plant, int device) {
-  return static_cast<SignalTable&>(plant.device(static_cast<std::size_t>(device)));
-}
-
 /// Adds the sensor; its source is found when all devices are built.
 void add(const SignalSensorParameters& p, const std::string& place, std::vector<SignalDescription> signals,
          const std::vector<double>& initial, DeviceBuilder& b) {
@@ -175,7 +171,7 @@ bool SignalSensors::update(double h, const CellMotion&, CellPlant& plant, Compon
   for (std::size_t i = 0; i < sensors_.size(); ++i) {
     const auto& [p, device, source] = model_.sensors[i];
     Sensor& sensor = sensors_[i];
-    SignalTable& signals = board(plant, device);
+    SignalTable& signals = signal_table(plant, device);
     if (p.kind == Kind::held) {
       if (holders) {
         const auto found =

@@ -38,4 +38,8 @@ class SignalTable final : public DeviceModel {
   std::array<double, kMaxSignals> values_;
 };
 
+class CellPlant;
+/// The model of a device that was added by DeviceBuilder::add_signal_table.
+SignalTable& signal_table(CellPlant& plant, int device);
+
 }  // namespace takt
