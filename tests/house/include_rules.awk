@@ -15,7 +15,7 @@ BEGIN {
                 "server/geometry/mesh/ server/geometry/convex/ server/geometry/surface/ server/geometry/ server/components/ " \
                 "server/contact/collision/ server/contact/holding/ server/contact/clearance/ server/contact/surface/ server/contact/ " \
                 "server/simulation/model/ server/simulation/solver/ server/simulation/step/ server/fields/ server/devices/ server/scenario/ " \
-                "server/fmu/ server/tools/takt_fmu_host/ server/runtime/requests/ server/runtime/recording/ server/runtime/loop/ server/runtime/host/ server/runtime/ " \
+                "server/product/ server/cad/ server/fmu/ server/tools/takt_from_cad/ server/tools/takt_fmu_host/ server/runtime/requests/ server/runtime/recording/ server/runtime/loop/ server/runtime/host/ server/runtime/ " \
                 "server/messages/ server/dds/ server/headless/ server/fmu_export/ server/tools/ server/server_main.cpp client_lib/kinematics/ client_lib/controller/ " \
                 "client_lib/render/ client_lib/recording/ client_lib/gateway/rtde/ client_lib/gateway/urscript/ client_lib/gateway/rsi/ " \
                 "client_lib/gateway/egm/ client_lib/gateway/modbus/ client_lib/gateway/ " \
@@ -57,6 +57,11 @@ BEGIN {
   may["server/devices/"] = simulation " server/fields/ server/devices/ idl/lua/"
   scenario = simulation " server/fields/ server/devices/ server/scenario/"
   may["server/scenario/"] = scenario
+
+  # Products of CAD files: what a product is and what follows from it; the reader of STEP files, which the server never links.
+  may["server/product/"] = scenario " server/product/"
+  may["server/cad/"] = geometry " server/product/ server/cad/"
+  may["server/tools/takt_from_cad/"] = scenario " server/product/ server/cad/ server/tools/takt_from_cad/ idl/command_line/ client_lib/render/"
 
   # FMUs behind the interface that devices know; their process has nothing of takt but the protocol.
   may["server/fmu/"] = simulation " server/fields/ server/devices/ server/fmu/"
@@ -115,6 +120,7 @@ BEGIN {
   library("FCL", "fcl/", "server/geometry/ tests/", "server/", 1)
   library("SUNDIALS", "cvode/ arkode/ ida/ sundials/ sunlinsol/ sunmatrix/ sunnonlinsol/ nvector/", "server/simulation/", "server/", 1)
   library("tinyxml2", "tinyxml2.h", "server/scenario/ server/fmu/ client_lib/gateway/rsi/", "server/", 2)
+  library("OpenCASCADE", "BRep Geom Gp GProp Interface_ STEP TopExp TopLoc_ TopoDS TopTools TDF_ TDocStd_ TDataStd_ XCAF Quantity_ Bnd_ Poly_ Precision.hxx Standard_ TCol", "server/cad/ tests/cad/", "", 0)
   library("minizip", "minizip/", "server/fmu/ server/fmu_export/ tests/", "server/", 2)
   library("OpenSSL", "openssl/", "server/fmu/ idl/transport/", "server/", 1)
   library("utf8cpp", "utf8cpp/", "idl/common/", "", 0)
