@@ -14,6 +14,7 @@ ParallelGripper::ParallelGripper(const ParallelGripperParameters& parameters) : 
 void ParallelGripper::reset() {
   const double half = 0.5 * parameters_.initial_width_m;
   tracks_.fill({0.0, half, half, false});
+  force_limit_N_ = std::numeric_limits<double>::infinity();
 }
 
 void ParallelGripper::move_to(double t, double width_m) {
@@ -85,6 +86,7 @@ Pose ParallelGripper::jaw_pose(Side side, double coordinate_m) {
 void ParallelGripper::save(StateWriter& out) const {
   for (const Track& track : tracks_)
     out.put(track.t0), out.put(track.start), out.put(track.target), out.put(track.blocked);
+  out.put(force_limit_N_);
 }
 
 void ParallelGripper::load(StateReader& in) {
@@ -95,6 +97,7 @@ void ParallelGripper::load(StateReader& in) {
     track.target = in.number(-kLargest_m, kLargest_m, "where a jaw goes");
     track.blocked = in.flag("'blocked'");
   }
+  force_limit_N_ = in.number(0.0, std::numeric_limits<double>::infinity(), "the limit of a jaw's force");
 }
 
 void ParallelGripper::write_motion(double t, const double*, CellMotion& motion) const {

@@ -6,6 +6,7 @@
 // the right one at y = -right. The right jaw is the left one turned by 180 degrees about z. Each jaw travels
 // on its own: the one that touches first waits for the other.
 #include <array>
+#include <limits>
 
 #include "plant_models/plant_model.h"
 
@@ -33,6 +34,9 @@ class ParallelGripper final : public PlantModel {
   /// Discrete: limits this jaw to `coordinate_m`, its place of contact; blocked() then reports it.
   void stop_jaw(double t, Side side, double coordinate_m);
   void reset() override;
+  /// Discrete: the largest force of each jaw of a dynamic robot (N), from 0 to infinity; the drive's own limit also holds.
+  void limit_force(double force_N) { force_limit_N_ = force_N; }
+  double force_limit_N() const { return force_limit_N_; }
   /// Discrete: a jaw travels on from this coordinate to where it was going.
   void continue_from(double t, Side side, double coordinate_m);
 
@@ -66,6 +70,7 @@ class ParallelGripper final : public PlantModel {
   };
   ParallelGripperParameters parameters_;
   std::array<Track, 2> tracks_;
+  double force_limit_N_ = std::numeric_limits<double>::infinity();
 };
 
 }  // namespace takt

@@ -183,6 +183,10 @@ void DynamicRobot::Impl::solve(double t, const double* x, const CellMotion& moti
   for (int i = 0; i < joints; ++i) {
     const auto k = static_cast<size_t>(i);
     s.output[k] = drive(i).output(s.reference[k], x[i], x[joints + i], drive_states(x, i));
+    if (i >= arm) {
+      const double limit = grippers[static_cast<size_t>((i - arm) / 2)]->force_limit_N();
+      s.output[k].max_holding_torque = std::min(s.output[k].max_holding_torque, limit);
+    }
     tau[k] = s.output[k].torque + stop_force(i, x) + sync_force(i, x, s.reference);
     held[k] = s.output[k].locks_joint || s.output[k].prescribes_acceleration;
     s.qdd[k] = s.output[k].prescribes_acceleration ? s.output[k].acceleration : 0.0;

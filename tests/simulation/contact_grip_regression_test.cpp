@@ -37,6 +37,24 @@ TEST(ContactGrip, PadsCreepAsTheRegularisedLawPredictsAndStickWithoutCreep) {
   EXPECT_LE(std::abs(slip_m(exact, 6.0, 11.0)), 1e-7);
 }
 
+TEST(ContactGrip, TheCommandedForceDecidesWhetherTheBlockIsLifted) {
+  // Two pads carry m g with friction 0.9: 1.64 N of each.
+  const auto lifted_m = [](double force_N, double& pressed_N) {
+    const test::BlockRun r = test::run_block_scenario(
+        "contact/grasp_and_lift", {"controller.parameters.grip_force_N=" + std::to_string(force_N)},
+        [&](const CellModel&, const Snapshot& s) {
+          if (s.time_s <= 4.1) pressed_N = s.grippers[0].force_N;
+        });
+    EXPECT_EQ(r.result.fault, "");
+    return r.sample(r.result.final_state, "P").p_WB.z() - 0.7;
+  };
+  double pressed_N = 0.0;
+  EXPECT_NEAR(lifted_m(40.0, pressed_N), 0.15, 2e-4);
+  EXPECT_NEAR(pressed_N, 40.0, 0.4);
+  EXPECT_NEAR(lifted_m(1.2, pressed_N), 0.0, 2e-3);
+  EXPECT_NEAR(pressed_N, 1.2, 0.02);
+}
+
 TEST(ContactScenes, EachSceneEndsAtItsDocumentedPose) {
   namespace fs = std::filesystem;
   for (const auto& entry : fs::directory_iterator(fs::path(TAKT_CONFIG_DIR) / "scenarios" / "contact")) {

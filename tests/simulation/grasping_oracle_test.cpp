@@ -183,6 +183,33 @@ TEST_P(GraspingTest, FrictionMustCarryWeightAndAcceleration) {
   EXPECT_EQ(partner(part), palm_);
 }
 
+TEST_P(GraspingTest, ACommandLimitsTheGripForce) {
+  // m g / (2 mu) = 8.17 N of each jaw.
+  cell_.model().grippers[0].max_force_N = 10.0;
+  const int part = cell_.part("P", 0.5, 3, {0.06, 0.08, 0.06}, at(0, 0, 0.40));
+  start();
+  const auto close_with = [](double force_N) {
+    return GripperCommand{0, {}, GripperAction::close, 0.0, force_N};
+  };
+  run(1.0, {close_with(6.0)});
+  EXPECT_EQ(simulation_->grip_load(0).force_N, 6.0);
+  EXPECT_EQ(snapshot().grippers[0].force_N, 6.0);
+  lift(0.05, 0.5);
+  ASSERT_EQ(weak_.size(), 1U);
+  EXPECT_EQ(weak_[0].part, part);
+  EXPECT_NEAR(weak_[0].needed_N, 0.5 * kGravity_m_s2 / 0.6, 0.5 * 0.5 / 0.6);
+
+  std::vector<std::byte> bytes;
+  ASSERT_EQ(simulation_->save_state(bytes), "");
+  run(0.1, {close_with(9.0)});
+  EXPECT_EQ(snapshot().grippers[0].force_N, 9.0);
+  run(0.1, {close_with(0.0)});  // the gripper's own limit
+  EXPECT_EQ(snapshot().grippers[0].force_N, 10.0);
+  EXPECT_EQ(partner(part), palm_);
+  ASSERT_EQ(simulation_->restore_state(bytes), "");
+  EXPECT_EQ(snapshot().grippers[0].force_N, 6.0);
+}
+
 TEST_P(GraspingTest, ALoadAlongTheJawsRelievesOneOfThem) {
   const double m = 0.5, a = 2.0;
   cell_.part("P", m, 3, {0.06, 0.08, 0.06}, at(0, 0, 0.40));

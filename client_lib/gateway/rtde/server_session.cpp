@@ -46,7 +46,7 @@ std::string ServerSession::reply(const Package& request) {
     case PackageType::setup_inputs:
       return set_up_inputs(request.payload);
     case PackageType::start:
-      started_ = output_recipe_.has_value();
+      started_ = !output_recipe_.empty();
       return flag(request.type, started_);
     case PackageType::pause:
       started_ = false;
@@ -83,8 +83,8 @@ std::string ServerSession::set_up_outputs(std::string_view payload) {
   }
   valid = valid && !recipe.empty();
   started_ = false;
-  output_recipe_.reset();
-  if (valid) output_recipe_ = std::move(recipe);
+  if (!valid) recipe.clear();
+  output_recipe_ = std::move(recipe);
   std::string answer;
   if (protocol_ == 2) append(answer, valid ? kRecipe : std::uint8_t{0});
   return package(PackageType::setup_outputs, answer + join_names(types));
@@ -144,10 +144,10 @@ std::string ServerSession::take_data(std::string_view payload) {
 }
 
 std::string ServerSession::data(std::uint64_t cycle) const {
-  if (!started_ || !output_recipe_ || cycle % every_ != 0) return {};
+  if (!started_ || output_recipe_.empty() || cycle % every_ != 0) return {};
   std::string payload;
   if (protocol_ == 2) append(payload, kRecipe);
-  for (const std::size_t variable : *output_recipe_)
+  for (const std::size_t variable : output_recipe_)
     append(payload, outputs_.variables()[variable].type, outputs_.value(variable));
   return package(PackageType::data_package, payload);
 }

@@ -5,7 +5,6 @@
 // controller; the caller asks for one in each cycle and sends what it gets.
 #include <cstdint>
 #include <functional>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -85,7 +84,7 @@ class ServerSession {
   Splitter splitter_;
   int protocol_ = 1;
   bool started_ = false;
-  std::optional<std::vector<std::size_t>> output_recipe_;
+  std::vector<std::size_t> output_recipe_;               ///< empty: not set up
   std::uint64_t every_ = 1;                              ///< cycles between two data packages
   std::vector<std::vector<std::size_t>> input_recipes_;  ///< number i + 1
 };

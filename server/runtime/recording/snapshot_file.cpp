@@ -18,7 +18,7 @@ namespace takt {
 
 namespace {
 constexpr char kSnapshotMagic[8] = {'T', 'A', 'K', 'T', 'S', 'N', 'A', 'P'};
-constexpr std::uint32_t kSnapshotVersion = 1;
+constexpr std::uint32_t kSnapshotVersion = 2;
 constexpr std::size_t kMaxNameLetters = 4096;
 constexpr std::uint64_t kLargestState = 1ULL << 32U;
 

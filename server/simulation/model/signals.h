@@ -19,6 +19,7 @@ struct ForcedSignal {
   /// Of an input: what it has after the release; of a gripper's: the width, with the action.
   double underneath = 0.0;
   GripperAction action = GripperAction::open;
+  double max_force_N = 0.0;  ///< of a gripper's input: with the action; 0: the gripper's own limit
 };
 
 enum class SignalOwnerKind : std::uint8_t { device, gripper, robot };

@@ -332,7 +332,7 @@ void CellPlant::save(StateWriter& out) {
   out.put_size(forced_.size());
   for (const ForcedSignal& forced : forced_)
     out.put(forced.ref.device), out.put(forced.ref.signal), out.put(forced.value), out.put(forced.underneath),
-        out.put(static_cast<std::uint8_t>(forced.action));
+        out.put(static_cast<std::uint8_t>(forced.action)), out.put(forced.max_force_N);
   out.put_size(x_.size());
   out.put(std::span<const double>(x_));
   if (integrator_->hides_history()) {
@@ -371,6 +371,8 @@ void CellPlant::load(StateReader& in) {
             : in.number("the value under a forced one");
     forced.action = static_cast<GripperAction>(
         in.integer(0, static_cast<int>(GripperAction::width), "the action under a forced signal"));
+    forced.max_force_N =
+        in.number(0.0, std::numeric_limits<double>::infinity(), "the force under a forced signal");
     force(forced);
   }
   build();

@@ -101,6 +101,11 @@ void Grasping::apply(const GripperCommand& command, double t, CellPlant& plant) 
       break;
   }
   const auto index = static_cast<std::size_t>(command.gripper);
+  const double limit_N = command.max_force_N > 0.0 ? command.max_force_N : model_.grippers[index].max_force_N;
+  if (gripper.force_limit_N() != limit_N) {
+    gripper.limit_force(limit_N);
+    if (by_contact_[index] != 0) plant.integrator().restart();
+  }
   // Controllers repeat their commands: jaws that travel or press already continue. A rounding error of a
   // jaw's position does not make the command a new one.
   const bool repeated =
@@ -139,10 +144,11 @@ double Grasping::grip_force_N(std::size_t gripper, const CellPlant& plant) const
   const ParallelGripper& jaws = plant.grippers()[gripper];
   const GripperModel& model = model_.grippers[gripper];
   if (part_present(gripper) < 0) return 0.0;
-  if (modes_[gripper] == Mode::close || !(model.press_m > 0.0)) return model.max_force_N;
+  const double limit_N = std::min(model.max_force_N, jaws.force_limit_N());
+  if (modes_[gripper] == Mode::close || !(model.press_m > 0.0)) return limit_N;
   const double beyond_m =
       0.5 * (jaws.target(ParallelGripper::left) + jaws.target(ParallelGripper::right) - widths_[gripper]);
-  return model.max_force_N * std::clamp(beyond_m / model.press_m, 0.0, 1.0);
+  return std::min(limit_N, model.max_force_N * std::clamp(beyond_m / model.press_m, 0.0, 1.0));
 }
 
 void Grasping::drive_jaws(std::size_t gripper, double t, double to_m, CellPlant& plant, double pressing_m) {

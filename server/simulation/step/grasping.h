@@ -50,7 +50,7 @@ class Grasping {
   /// The Part that both jaws touch, of several the first in the description; -1: none.
   int part_present(std::size_t gripper) const;
   /// Force of each jaw on the held Part at a level of detail without contact forces: the share of the drive's
-  /// largest force that corresponds to the advance of its reference beyond the stop.
+  /// largest force that corresponds to the advance of its reference beyond the stop, at most the commanded limit.
   double grip_force_N(std::size_t gripper, const CellPlant& plant) const;
   void reset();
   void save(StateWriter& out) const;

@@ -170,6 +170,7 @@ void SignalImage::apply(const GripperCommand& command, double t) {
   if (forced == nullptr) return grasping_.apply(command, t, plant_);
   forced->action = command.action;
   forced->underneath = command.width_m;
+  forced->max_force_N = command.max_force_N;
 }
 
 bool SignalImage::follow_wires(double t) {
@@ -192,6 +193,7 @@ bool SignalImage::force(SignalRef ref, double value, double t) {
     if (kind == SignalOwnerKind::gripper) {
       entry.action = grasping_.commanded_close(index) ? GripperAction::close : GripperAction::width;
       entry.underneath = grasping_.commanded_width_m(index);
+      entry.max_force_N = plant_.grippers()[index].force_limit_N();
     }
   }
   plant_.release(ref);
@@ -219,6 +221,7 @@ bool SignalImage::release(SignalRef ref, double t) {
   command.gripper = static_cast<int>(index);
   command.action = entry.action;
   command.width_m = entry.underneath;
+  command.max_force_N = entry.max_force_N;
   grasping_.apply(command, t, plant_);
   return false;
 }
