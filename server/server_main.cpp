@@ -22,6 +22,7 @@
 
 #include "idl/command_line/enumeration.h"
 #include "idl/command_line/numbers.h"
+#include "idl/command_line/package_folders.h"
 #include "idl/transport/fastdds/server_participant.h"
 #include "server/dds/dds_adapter.h"
 #include "server/dds/topic_names.h"
@@ -53,7 +54,7 @@ struct Arguments {
   std::optional<double> snapshot_every_s;
   bool supervised = false;
   std::filesystem::path log, recordings, scenarios, allowed_fmus;
-  std::vector<std::string> overrides;
+  std::vector<std::string> overrides, packages;
   std::optional<int> level_of_detail;
 };
 
@@ -127,6 +128,10 @@ void describe_arguments(CLI::App& app, Arguments& arguments) {
   app.add_option("--allow-fmus", arguments.allowed_fmus,
                  "directory whose FMUs scenarios may run; an FMU is code that runs on this machine")
       ->check(CLI::ExistingDirectory);
+  app.add_option("--packages", arguments.packages, takt::command_line::kPackagesHelp)
+      ->option_text("DIR ...")
+      ->check(CLI::ExistingDirectory)
+      ->allow_extra_args(false);
   app.add_option("--recordings", arguments.recordings,
                  "directory of such files made by request (start_recording)");
   app.add_option("--lod", arguments.level_of_detail, "level of detail of every process")
@@ -153,6 +158,7 @@ takt::HostOptions host_options(const Arguments& arguments, std::optional<takt::P
   options.recordings = arguments.recordings;
   options.scenarios = arguments.scenarios;
   options.fmus = takt::fmu_library(arguments.allowed_fmus);
+  options.packages = takt::command_line::package_folders(arguments.packages);
   options.version = std::string("takt-server ") + TAKT_VERSION;
   options.cache_directory = takt::user_cache_directory();
   options.on_note = [&progress](const std::string& sentence) {

@@ -81,6 +81,7 @@ std::optional<std::filesystem::path> RobotFiles::find(std::string_view address) 
   if (!package && parts[0] != "relative") return std::nullopt;
   for (const auto& folder : folders_) {
     if (auto file = allowed(folder / from(1).relative_path())) return file;
+    if (auto file = package ? allowed(folder / "share" / from(1).relative_path()) : std::nullopt) return file;
     if (package && parts.size() > 2 && folder.filename() == parts[1])
       if (auto file = allowed(folder / from(2).relative_path())) return file;
   }

@@ -23,6 +23,7 @@
 #include "server/scenario/scenario_builder.h"
 #include "server/scenario/scenario_reader.h"
 #include "server/scenario/scenario_writer.h"
+#include "server/scenario/urdf_robot.h"
 #include "server/simulation/model/model_hash.h"
 
 namespace takt {
@@ -55,16 +56,15 @@ std::string whole_text(const fs::path& file) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// Meshes that a URDF file names beside it; a missing one or package://... is not needed for what takt does.
-std::vector<fs::path> meshes_of_urdf(const fs::path& urdf) {
+/// The meshes that a URDF file names, those that exist; others are not needed for what takt does.
+std::vector<fs::path> meshes_of_urdf(const fs::path& urdf, const PackageFolders& packages) {
   std::vector<fs::path> meshes;
-  const std::string text = whole_text(urdf);
-  static const std::regex kName("filename\\s*=\\s*[\"']([^\"']+)[\"']");
-  for (std::sregex_iterator it(text.begin(), text.end(), kName), end; it != end; ++it) {
-    const fs::path mesh = urdf.parent_path() / (*it)[1].str();
-    std::error_code error;
-    if (fs::is_regular_file(mesh, error)) meshes.push_back(mesh);
-  }
+  const UrdfRobot robot = read_urdf(urdf, packages);
+  for (const UrdfLink& link : robot.links)
+    for (const auto* shapes : {&link.visuals, &link.collisions})
+      for (const UrdfShape& shape : *shapes)
+        if (const auto mesh = shape.kind == UrdfShapeKind::mesh ? robot.mesh_file(shape) : std::nullopt)
+          meshes.push_back(*mesh);
   return meshes;
 }
 
@@ -79,7 +79,7 @@ fs::path common_folder(const std::set<fs::path>& files) {
 }
 
 /// Writes the scenario and all that it names below `resources`.
-void write_resources(const Scenario& scenario, const fs::path& resources) {
+void write_resources(const Scenario& scenario, const fs::path& resources, const PackageFolders& packages) {
   YAML::Node tree = YAML::Load(write_scenario(scenario, resources));
   const KeyInfo info = scenario_info();
   std::set<fs::path> files;
@@ -91,7 +91,8 @@ void write_resources(const Scenario& scenario, const fs::path& resources) {
     files.insert(file);
     const std::string kind = file.extension();
     if (kind == ".urdf")
-      for (const fs::path& mesh : meshes_of_urdf(file)) files.insert(mesh.lexically_normal());
+      for (const fs::path& mesh : meshes_of_urdf(file, packages))
+        files.insert(fs::absolute(mesh).lexically_normal());
   });
   const fs::path common = common_folder(files);
   const auto place = [&](const fs::path& file) {
@@ -297,7 +298,7 @@ FmuExportResult export_fmu(const Scenario& scenario, const FmuExportOptions& opt
   const FreshDirectory folder;
   const fs::path resources = folder.path() / "resources";
   fs::create_directories(resources);
-  write_resources(scenario, resources);
+  write_resources(scenario, resources, options.packages);
   // What the FMU will build, from its own files, and its decompositions.
   const auto cell = build_cell(read_scenario(resources / kExportedScenario), {resources / kExportedCache});
   const std::vector<CellVariable> all = cell_variables(cell->description);

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "server/scenario/ros_packages.h"
 #include "server/scenario/scenario.h"
 
 namespace takt {
@@ -15,6 +16,7 @@ struct FmuExportOptions {
       outputs;                    ///< names of variables (cell_variables.h); * stands for any characters
   std::filesystem::path library;  ///< libtakt_cell.so
   std::filesystem::path file;     ///< to write
+  PackageFolders packages{};  ///< of meshes of robots; such meshes keep their place relative to the URDF file
 };
 
 struct FmuExportResult {

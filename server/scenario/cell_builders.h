@@ -36,8 +36,9 @@ void add_pools(const Scenario& scenario, CellModel& cell);
 
 /// After all components, robots and grippers are in the cell. Throws ScenarioError with the reason if a robot
 /// of a process at LoD 2 or above cannot be dynamic; for a kinematic robot the model stores the reason.
-/// `arms`: by robot.
-void add_dynamics(const Scenario& scenario, const std::vector<UrdfArm>& arms, CellModel& cell);
+/// `arms`: by robot; `meshes`: by component.
+void add_dynamics(const Scenario& scenario, const std::vector<UrdfArm>& arms, const SharedMeshes& meshes,
+                  CellModel& cell);
 
 // contact_builder.cpp: surfaces and pairs, from the section on surface contact.
 

@@ -1,7 +1,6 @@
 #include <algorithm>
 
 #include "plant_models/robot/trajectory.h"
-#include "server/geometry/mesh/import.h"
 #include "server/scenario/cell_builders.h"
 #include "server/scenario/scenario_reader.h"
 
@@ -16,12 +15,13 @@ void check_count(const Scenario& scenario, const std::string& key, std::size_t f
 }
 
 /// Mass and inertia of a solid of uniform density.
-BodyInertia solid_inertia(const std::filesystem::path& mesh, double mass_kg) {
-  const VolumeProperties volume = volume_properties(import_solid(mesh));
+BodyInertia solid_inertia(const SharedMesh& mesh, double mass_kg) {
+  const VolumeProperties& volume = mesh.volume();
   return {mass_kg, volume.p_BBcm, mass_kg * volume.G_BBcm_B};
 }
 
-MountedGripper mounted_gripper(const Scenario& scenario, const ScenarioGripper& gripper) {
+MountedGripper mounted_gripper(const Scenario& scenario, const ScenarioGripper& gripper,
+                               const SharedMesh& body, const SharedMesh& jaw) {
   const double jaw_kg = gripper.jaw_mass_kg.value_or(0.1 * gripper.mass_kg);
   if (!(gripper.mass_kg > 2.0 * jaw_kg)) {
     fail(scenario, "grippers." + gripper.name + ".mass_kg", std::to_string(gripper.mass_kg),
@@ -29,8 +29,8 @@ MountedGripper mounted_gripper(const Scenario& scenario, const ScenarioGripper& 
              " kg), for a robot that is dynamic");
   }
   MountedGripper mounted;
-  mounted.palm = solid_inertia(gripper.body_mesh, gripper.mass_kg - 2.0 * jaw_kg);
-  mounted.jaw = solid_inertia(gripper.jaw_mesh, jaw_kg);
+  mounted.palm = solid_inertia(body, gripper.mass_kg - 2.0 * jaw_kg);
+  mounted.jaw = solid_inertia(jaw, jaw_kg);
   mounted.max_force_N = gripper.max_force_N;
   return mounted;
 }
@@ -134,7 +134,8 @@ std::vector<double> seen_inertias(const DynamicRobotParameters& parameters,
 }
 
 RobotDynamics robot_dynamics(const Scenario& scenario, const ScenarioRobot& robot, const UrdfArm& urdf,
-                             std::size_t index, const CellModel& cell, std::vector<std::string>& remarks) {
+                             std::size_t index, const SharedMeshes& meshes, const CellModel& cell,
+                             std::vector<std::string>& remarks) {
   const KinematicRobotParameters& arm = cell.robots[index];
   RobotDynamics result;
   DynamicRobotParameters& p = result.parameters;
@@ -149,8 +150,11 @@ RobotDynamics robot_dynamics(const Scenario& scenario, const ScenarioRobot& robo
   std::vector<ParallelGripper> grippers;
   for (std::size_t g = 0; g < scenario.grippers.size(); ++g) {
     if (scenario.grippers[g].robot != robot.name) continue;
-    p.grippers.push_back(mounted_gripper(scenario, scenario.grippers[g]));
-    grippers.emplace_back(cell.grippers[g].parameters);
+    const ParallelGripperParameters& jaws = cell.grippers[g].parameters;
+    p.grippers.push_back(mounted_gripper(scenario, scenario.grippers[g],
+                                         *meshes[static_cast<std::size_t>(jaws.palm)],
+                                         *meshes[static_cast<std::size_t>(jaws.jaws[0])]));
+    grippers.emplace_back(jaws);
   }
   check_counts(scenario, robot, p.arm.joints.size());
   const std::vector<double> inertias = seen_inertias(p, arm, grippers);
@@ -206,7 +210,8 @@ ProcessDescription process_description(const Scenario& scenario, const ScenarioP
 
 }  // namespace
 
-void add_dynamics(const Scenario& scenario, const std::vector<UrdfArm>& arms, CellModel& cell) {
+void add_dynamics(const Scenario& scenario, const std::vector<UrdfArm>& arms, const SharedMeshes& meshes,
+                  CellModel& cell) {
   cell.robot_levels.assign(scenario.robots.size(), 1);
   for (const ScenarioProcess& process : scenario.processes) {
     cell.description.processes.push_back(process_description(scenario, process, cell));
@@ -220,7 +225,7 @@ void add_dynamics(const Scenario& scenario, const std::vector<UrdfArm>& arms, Ce
     std::string reason;
     std::vector<std::string> remarks;
     try {
-      dynamics = robot_dynamics(scenario, robot, arms[r], r, cell, remarks);
+      dynamics = robot_dynamics(scenario, robot, arms[r], r, meshes, cell, remarks);
       make_drives(dynamics->drives);  // refuses parameters that no drive can have
       for (const std::string& remark : remarks)
         cell.import_notes.push_back({robot.name, robot.name + ": " + remark + "; it is used as it is", {}});

@@ -93,11 +93,18 @@ struct ScenarioRobot {
   std::optional<ScenarioTrajectory> trajectory;
 };
 
+/// Finger joints of a robot's URDF that make a gripper.
+struct ScenarioFingers {
+  std::vector<std::string> joints;  ///< left, right; empty: the two prismatic joints that the flange carries
+};
+
 struct ScenarioGripper {
   std::string name;
   std::string robot;
   Pose X_FG;  ///< mount
   Pose X_GT;  ///< tool centre point
+  /// In place of mount and meshes, and of what else is not given below. build_cell() fills those members (with_fingers).
+  std::optional<ScenarioFingers> fingers;
   std::filesystem::path body_mesh, jaw_mesh;
   double mesh_scale = 1.0;  ///< of both
   double max_width_m = 0.0;

@@ -4,8 +4,10 @@
 #include <utility>
 
 #include "idl/common/mesh_path.h"
+#include "idl/common/text.h"
 #include "server/scenario/cell_builders.h"
 #include "server/scenario/convex_import.h"
+#include "server/scenario/urdf_gripper.h"
 #include "server/scenario/world_bounds.h"
 #include "server/simulation/step/step_limit.h"
 
@@ -116,6 +118,13 @@ void add_robot(const Scenario& scenario, const ScenarioRobot& robot, const UrdfA
     deadline.max_acceleration[i] = robot.deadline.max_acceleration_rad_per_s2.at(i);
   cell.description.robots.push_back(
       {robot.name, urdf.robot.text, urdf.arm, robot.X_WR, robot.command_period_s, deadline, urdf.links});
+  if (urdf.standing_joints.empty()) return;
+  cell.import_notes.push_back(
+      {robot.name,
+       robot.name + ": " + urdf.robot.place(0) + "the chain from '" + robot.base_link + "' to '" +
+           robot.flange_link + "' moves; the other joints stand still: " + join(urdf.standing_joints, ", ") +
+           ".",
+       {}});
 }
 
 void add_gripper(const Scenario& scenario, const ScenarioGripper& gripper, Import& import, CellModel& cell) {
@@ -216,8 +225,18 @@ std::shared_ptr<const CellModel> build_cell(const Scenario& stated, const Import
   MeshFiles files;
   const std::optional<Scenario> filled = with_pools(stated);
   const std::optional<Scenario> placed = placed_at_nodes(filled ? *filled : stated, files);
-  const Scenario& scenario = placed ? *placed : filled ? *filled : stated;
+  const Scenario& without_fingers = placed ? *placed : filled ? *filled : stated;
+  std::vector<UrdfArm> arms;
+  for (const ScenarioRobot& robot : without_fingers.robots)
+    arms.push_back(read_urdf_arm(robot.urdf, robot.base_link, robot.flange_link, options.packages));
+  std::vector<ImportNote> finger_notes;
+  const std::optional<Scenario> with_grippers =
+      with_fingers(without_fingers, arms, files, [&](const std::string& robot, const std::string& sentence) {
+        finger_notes.push_back({robot, robot + ": " + sentence + ".", {}});
+      });
+  const Scenario& scenario = with_grippers ? *with_grippers : without_fingers;
   auto cell = std::make_shared<CellModel>();
+  cell->import_notes = std::move(finger_notes);
   cell->description.scenario = scenario.name;
   cell->description.step_s = cell->step_s = scenario.step_s;
   cell->description.gravity_m_per_s2 = scenario.gravity_m_per_s2;
@@ -242,15 +261,11 @@ std::shared_ptr<const CellModel> build_cell(const Scenario& stated, const Import
   for (const ScenarioPart& part : scenario.parts) add_part(scenario, part, import, *cell);
   add_pools(scenario, *cell);
   for (const ScenarioGround& ground : scenario.grounds) add_ground(scenario, ground, import, *cell);
-  std::vector<UrdfArm> arms;
-  for (const ScenarioRobot& robot : scenario.robots) {
-    arms.push_back(read_urdf_arm(robot.urdf, robot.base_link, robot.flange_link));
-    add_robot(scenario, robot, arms.back(), *cell);
-  }
+  for (std::size_t r = 0; r < arms.size(); ++r) add_robot(scenario, scenario.robots[r], arms[r], *cell);
   for (const ScenarioGripper& gripper : scenario.grippers) add_gripper(scenario, gripper, import, *cell);
   note_units(scenario, *cell);
   add_world_bounds(scenario, *cell);
-  add_dynamics(scenario, arms, *cell);
+  add_dynamics(scenario, arms, meshes, *cell);
   add_devices(scenario, meshes, options.fmus, *cell);
   add_wires(scenario.wires, cell->description);
   cell->pairs = generate_pairs(cell->components);

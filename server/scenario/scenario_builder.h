@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 
+#include "server/scenario/ros_packages.h"
 #include "server/scenario/scenario.h"
 #include "server/scenario/scenario_reader.h"
 #include "server/simulation/model/cell_model.h"
@@ -20,6 +21,7 @@ struct ImportOptions {
   /// from 0 to 1.
   std::function<void(const std::string&, double)> progress{};
   FmuOpener* fmus = nullptr;  ///< none: scenarios with FMUs are refused
+  PackageFolders packages{};  ///< where package://PACKAGE/PATH in URDF files is searched
 };
 
 /// Throws ScenarioError (naming the scenario's key), MeshError or UrdfError (naming file and place).

@@ -202,22 +202,60 @@ void describe(Fields& f, ScenarioRobot& s) {
             });
 }
 
+namespace {
+
+/// `auto`, or two names of joints.
+struct FingerJoints {
+  static std::string allowed() { return "auto, or a list of two names of joints"; }
+  static void read(const FieldValue& value, ScenarioFingers& s) {
+    if (value.node.IsScalar() && value.node.Scalar() == "auto") return;
+    if (!value.node.IsSequence() || value.node.size() != 2) value.fail(describe_node(value.node), allowed());
+    for (const YAML::Node& name : value.node) {
+      if (!name.IsScalar()) value.part(name).fail(describe_node(name), "the name of a joint");
+      s.joints.push_back(name.Scalar());
+    }
+  }
+  static YAML::Node write(const ScenarioFingers& s) {
+    return s.joints.empty() ? YAML::Node("auto") : ListOf<Text>{}.write(s.joints);
+  }
+  static KeyInfo info() {
+    KeyInfo result = choice_of(std::vector<std::string>{"auto"}).info();
+    result.other_forms = {ListOf<Text>{}.info()};
+    return result;
+  }
+};
+
+}  // namespace
+
 void describe(Fields& f, ScenarioGripper& s) {
   f.field("robot", s.robot, f.name_of({"robots"}, "a robot"), "Robot that carries the gripper.", kRequired);
   f.pose("mount", s.X_FG, "Pose of the gripper on the flange.");
   f.pose("tool_center_point", s.X_GT, "Pose of the tool centre point in the gripper.");
-  f.field("body_mesh", s.body_mesh, f.mesh(), "Mesh of the body.", kRequired);
-  f.field("jaw_mesh", s.jaw_mesh, f.mesh(), "Mesh of the left jaw; the right one is the same, turned.",
-          kRequired);
+  f.field("fingers", s.fingers, FingerJoints{},
+          "In place of meshes and mount: two prismatic joints of the robot's URDF, left and right; auto: "
+          "those that "
+          "the flange carries. Other keys of the gripper that are not given follow from the URDF.");
+  f.field("body_mesh", s.body_mesh, f.mesh(), "Mesh of the body.");
+  const auto needed = [&](const char* key, std::size_t most, const std::string& allowed) {
+    f.alternatives({key, "fingers"}, 1, most, key,
+                   f.has(key) ? "the key beside fingers" : "nothing (the key is missing)",
+                   allowed + (most == 1 ? ", or fingers, but not both" : ""));
+  };
+  needed("body_mesh", 1, ExistingMesh::allowed());
+  f.field("jaw_mesh", s.jaw_mesh, f.mesh(), "Mesh of the left jaw; the right one is the same, turned.");
+  needed("jaw_mesh", 1, ExistingMesh::allowed());
   f.field("mesh_scale", s.mesh_scale, kScale, "Factor for the coordinates of both meshes.");
-  f.field("max_width_m", s.max_width_m, positive("m"), "Largest distance of the jaws.", kRequired);
+  f.field("max_width_m", s.max_width_m, positive("m"), "Largest distance of the jaws.");
+  needed("max_width_m", 2, positive("m").allowed());
   f.field("initial_width_m", s.initial_width_m, not_negative("m"),
           "Distance of the jaws at the start; without it: the largest.");
-  f.check(s.initial_width_m.value_or(0.0) <= s.max_width_m, "initial_width_m",
+  f.check(s.initial_width_m.value_or(0.0) <= s.max_width_m || !(s.max_width_m > 0.0), "initial_width_m",
           rounded_number(s.initial_width_m.value_or(0.0)),
           NumberRange{.lower = 0.0, .upper = s.max_width_m, .unit = "m"}.allowed());
-  f.field("jaw_speed_m_per_s", s.jaw_speed_m_per_s, positive("m/s"), "Speed of each jaw.", kRequired);
-  f.field("max_force_N", s.max_force_N, positive("N"), "Largest force of each jaw.", kRequired);
+  f.field("jaw_speed_m_per_s", s.jaw_speed_m_per_s, positive("m/s"), "Speed of each jaw.");
+  needed("jaw_speed_m_per_s", 2, positive("m/s").allowed());
+  f.field("max_force_N", s.max_force_N, positive("N"), "Largest force of each jaw.");
+  needed("max_force_N", 2, positive("N").allowed());
   f.field("mass_kg", s.mass_kg, not_negative("kg"), "Mass, jaws included; needed from level of detail 2 on.");
   f.field("jaw_mass_kg", s.jaw_mass_kg, positive("kg"), "Mass of each jaw; without it: a tenth of all.");
   f.field("grasp", s.grasp,

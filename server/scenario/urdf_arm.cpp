@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <numbers>
-#include <system_error>
 
 #include "idl/common/text.h"
 
@@ -18,18 +17,14 @@ class ArmBuilder {
     const std::size_t base = result_.robot.find_link(base_link),
                       flange = result_.robot.find_link(flange_link);
     add_chain(base, flange);
-    for (std::size_t i = 0; i < joints().size(); ++i) {
-      if (joints()[i].type == UrdfJointType::fixed || moving_[i] >= 0) continue;
-      fail(joints()[i], " moves but is not on the chain from '" + base_link + "' to '" + flange_link +
-                            "'; an arm is one chain, so branches may only be fixed");
-    }
+    let_others_stand();
     add_links(base, {base_link, -1, {}}, kNoJoint);
     result_.below_base = walked_;
     Pose X_RL;
     for (std::size_t link = base; links()[link].above;) {
       const std::size_t above = *links()[link].above;
       link = joints()[above].parent;
-      X_RL = X_RL * joints()[above].X_PJ.inverse();
+      X_RL = X_RL * X_PL(above).inverse();
       add_links(link, {links()[link].name, -1, X_RL}, above);
     }
     return std::move(result_);
@@ -43,6 +38,56 @@ class ArmBuilder {
 
   [[noreturn]] void fail(const UrdfJoint& joint, const std::string& reason) const {
     result_.robot.fail(joint.line, joint.describe() + reason);
+  }
+
+  /// Pose of the link below a joint that is not on the chain in the link above it.
+  Pose X_PL(std::size_t i) const {
+    const UrdfJoint& joint = joints()[i];
+    const double q = result_.standing[i];
+    if (q == 0.0) return joint.X_PJ;
+    const Vec3 axis = joint.axis.normalized();
+    if (joint.type == UrdfJointType::prismatic) return joint.X_PJ * Pose{Mat3::Identity(), q * axis};
+    return joint.X_PJ * Pose{Eigen::AngleAxisd(q, axis).toRotationMatrix(), Vec3::Zero()};
+  }
+
+  void let_others_stand() {
+    std::vector<double>& q = result_.standing;
+    q.assign(joints().size(), 0.0);
+    for (std::size_t i = 0; i < joints().size(); ++i) {
+      const UrdfJoint& joint = joints()[i];
+      if (joint.type == UrdfJointType::fixed || moving_[i] >= 0) continue;
+      const bool limited = joint.type == UrdfJointType::revolute || joint.type == UrdfJointType::prismatic;
+      if (limited && !(joint.limit->lower <= joint.limit->upper))
+        result_.robot.fail(joint.limit->line, joint.describe() + ": <limit>: found lower " +
+                                                  exact_text(joint.limit->lower) + ", upper " +
+                                                  exact_text(joint.limit->upper) +
+                                                  "; lower must not be above upper");
+      if (limited) q[i] = std::clamp(0.0, joint.limit->lower, joint.limit->upper);
+      if (limited && q[i] != 0.0 && !(joint.axis.norm() > 1e-6))
+        fail(joint, ": <axis>: xyz: found (" + join(joint.axis, ", ", exact_text) +
+                        "); allowed: a vector with a direction");
+      result_.standing_joints.push_back(joint.name);
+    }
+    follow_mimics();
+  }
+
+  /// Joints that mimic a joint beside the chain stand where that one leads them. A chain of mimics has fewer members
+  /// than the file has joints.
+  void follow_mimics() {
+    for (std::size_t round = 0; round < joints().size(); ++round) {
+      bool changed = false;
+      for (std::size_t i = 0; i < joints().size(); ++i) {
+        const UrdfJoint& joint = joints()[i];
+        if (joint.mimics.empty() || moving_[i] >= 0) continue;
+        for (std::size_t k = 0; k < joints().size(); ++k) {
+          if (joints()[k].name != joint.mimics || k == i) continue;
+          const double q = joint.mimic_multiplier * result_.standing[k] + joint.mimic_offset;
+          changed = changed || q != result_.standing[i];
+          result_.standing[i] = q;
+        }
+      }
+      if (!changed) return;
+    }
   }
 
   void add_chain(std::size_t base, std::size_t flange) {
@@ -117,7 +162,7 @@ class ArmBuilder {
         if (*joint == left_out) continue;
         const std::size_t child = joints()[*joint].child;
         RobotLink below{links()[child].name, moving_[*joint], {}};
-        if (below.joint < 0) below.joint = here.joint, below.X_JL = here.X_JL * joints()[*joint].X_PJ;
+        if (below.joint < 0) below.joint = here.joint, below.X_JL = here.X_JL * X_PL(*joint);
         waiting.emplace_back(child, std::move(below));
       }
       result_.links.push_back(here);
@@ -132,9 +177,7 @@ class ArmBuilder {
 void require_meshes(const UrdfRobot& robot, const UrdfLink& link) {
   for (const auto* shapes : {&link.visuals, &link.collisions}) {
     for (const UrdfShape& shape : *shapes) {
-      std::error_code error;
-      if (shape.kind != UrdfShapeKind::mesh || shape.filename.rfind("package://", 0) == 0 ||
-          std::filesystem::is_regular_file(robot.file.parent_path() / shape.filename, error))
+      if (shape.kind != UrdfShapeKind::mesh || !package_of(shape.filename).empty() || robot.mesh_file(shape))
         continue;
       robot.fail(shape.line, "link '" + link.name + "': <mesh>: filename: found '" + shape.filename +
                                  "'; there is no such file beside the URDF file");
@@ -145,8 +188,8 @@ void require_meshes(const UrdfRobot& robot, const UrdfLink& link) {
 }  // namespace
 
 UrdfArm read_urdf_arm(const std::filesystem::path& file, const std::string& base_link,
-                      const std::string& flange_link) {
-  return ArmBuilder(read_urdf(file)).build(base_link, flange_link);
+                      const std::string& flange_link, const PackageFolders& packages) {
+  return ArmBuilder(read_urdf(file, packages)).build(base_link, flange_link);
 }
 
 UrdfInertias urdf_inertias(const UrdfArm& arm) {

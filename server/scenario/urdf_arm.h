@@ -1,6 +1,7 @@
 #pragma once
-// A serial arm out of a URDF: the chain from a base link to a flange link. Only the joints of the chain may
-// move; each other link is fixed to one of the chain, or carries the base.
+// A serial arm out of a URDF: the chain from a base link to a flange link. Only the joints of the chain move. Other
+// joints, of fingers or of another arm, stand at one position, so that each other link is fixed to one of the chain,
+// or carries the base.
 #include <cstddef>
 #include <string>
 #include <vector>
@@ -18,15 +19,20 @@ struct UrdfArm {
   /// All links of the file. First the base link and those below it: a link follows the one that carries it,
   /// else the order is that of the file. Last the links above and beside the base link.
   std::vector<RobotLink> links;
+  /// Positions at which joints beside the chain stand, by joint of the file; 0 for those of the chain (rad or m).
+  std::vector<double> standing;
+  /// Names of the moving joints beside the chain.
+  std::vector<std::string> standing_joints;
   /// Of the base link and those below it, the first of `links`: the index in robot.links.
   std::vector<std::size_t> below_base;
 };
 
 /// Fixed joints are folded into their neighbours. Accepted are 1 to kMaxJoints moving joints; revolute,
 /// continuous and prismatic joints whose axis has a direction; limits with lower < upper, velocity > 0,
-/// effort >= 0 (continuous joints: +-2 pi). Throws UrdfError for all else, and as read_urdf().
+/// effort >= 0 (continuous joints: +-2 pi). Joints beside the chain stand at 0, at the limit that is nearest to 0, or
+/// where a joint that they mimic leads them. Throws UrdfError for all else, and as read_urdf().
 UrdfArm read_urdf_arm(const std::filesystem::path& file, const std::string& base_link,
-                      const std::string& flange_link);
+                      const std::string& flange_link, const PackageFolders& packages = {});
 
 struct UrdfInertias {
   /// Inertia of the links from each joint of the arm up to the next one, in the joint's frame.
@@ -37,8 +43,8 @@ struct UrdfInertias {
 
 /// Separate from the kinematics, which need no inertias. Throws UrdfError for a joint that moves no
 /// <inertial>, a physically impossible inertia (inertia_problem()), and a missing mesh file: the meshes are
-/// not used here, but a missing file shows that the robot is incomplete. Meshes of ROS packages (package://)
-/// are not searched.
+/// not used here, but a missing file shows that the robot is incomplete. A mesh of a ROS package (package://) may be
+/// missing.
 UrdfInertias urdf_inertias(const UrdfArm& arm);
 
 }  // namespace takt

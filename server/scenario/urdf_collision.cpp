@@ -3,10 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <system_error>
 
-#include "idl/common/text.h"
 #include "server/geometry/mesh/import.h"
+#include "server/scenario/urdf_meshes.h"
 
 namespace takt {
 
@@ -24,22 +23,10 @@ RoundedShape prism(double radius, double length) {
   return {ConvexShape::from_points(std::move(vertices)), 0.0};
 }
 
-template <class Numbers>
-void require_positive(const UrdfRobot& robot, const UrdfShape& shape, const std::string& where,
-                      const Numbers& numbers) {
-  if (std::all_of(numbers.begin(), numbers.end(), [](double number) { return number > 0.0; })) return;
-  robot.fail(shape.line, where + ": found '" + join(numbers, " ", exact_text) + "'; allowed: " +
-                             (numbers.size() == 1 ? "a finite number > 0" : "3 finite numbers > 0"));
-}
-
 void add_hulls(const UrdfRobot& robot, const UrdfShape& shape, const std::string& where, const Pose& X_JS,
                std::vector<RoundedShape>& shapes) {
-  std::error_code error;
-  const std::filesystem::path path = robot.file.parent_path() / shape.filename;
-  if (shape.filename.find("://") != std::string::npos || !std::filesystem::is_regular_file(path, error))
-    robot.fail(shape.line, where + "<mesh>: filename: found '" + shape.filename +
-                               "'; allowed: an existing OBJ, STL or GLB file, relative to the URDF file");
-  require_positive(robot, shape, where + "<mesh>: scale", shape.scale);
+  const std::filesystem::path path = require_mesh_file(robot, shape, where);
+  require_positive(robot, shape, where + "<mesh>: scale", {shape.scale.begin(), shape.scale.end()});
   for (const NamedMesh& object : import_mesh_objects(path)) {
     std::vector<Vec3> points;
     for (const Vec3& v : object.mesh.vertices) points.push_back(X_JS * v.cwiseProduct(shape.scale));
@@ -55,24 +42,24 @@ void add_hulls(const UrdfRobot& robot, const UrdfShape& shape, const std::string
 void add_shapes(const UrdfRobot& robot, const UrdfShape& shape, const std::string& where, const Pose& X_JL,
                 std::vector<RoundedShape>& shapes) {
   const Pose X_JS = X_JL * shape.X_LS;
-  const auto require = [&](const char* attribute, const auto& numbers) {
+  const auto require = [&](const char* attribute, const std::vector<double>& numbers) {
     require_positive(robot, shape, where + attribute, numbers);
   };
   switch (shape.kind) {
     case UrdfShapeKind::box: {
-      require("<box>: size", shape.size_m);
+      require("<box>: size", {shape.size_m.begin(), shape.size_m.end()});
       ConvexShape box = ConvexShape::from_points(std::vector<Vec3>(8, Vec3::Zero()));
       box.become_box(-0.5 * shape.size_m, 0.5 * shape.size_m);
       shapes.push_back(moved({std::move(box), 0.0}, X_JS));
       break;
     }
     case UrdfShapeKind::sphere:
-      require("<sphere>: radius", std::array{shape.radius_m});
+      require("<sphere>: radius", {shape.radius_m});
       shapes.push_back({ConvexShape::from_points({X_JS.p}), shape.radius_m});
       break;
     case UrdfShapeKind::cylinder:
-      require("<cylinder>: radius", std::array{shape.radius_m});
-      require("<cylinder>: length", std::array{shape.length_m});
+      require("<cylinder>: radius", {shape.radius_m});
+      require("<cylinder>: length", {shape.length_m});
       shapes.push_back(moved(prism(shape.radius_m, shape.length_m), X_JS));
       break;
     case UrdfShapeKind::mesh:

@@ -31,7 +31,10 @@ constexpr std::size_t kLargestUrdf_MB = 16;
 
 class Reader {
  public:
-  explicit Reader(const std::filesystem::path& file) { robot_.file = file; }
+  Reader(const std::filesystem::path& file, const PackageFolders& packages) {
+    robot_.file = file;
+    robot_.packages = packages;
+  }
 
   UrdfRobot read() {
     read_text();
@@ -39,7 +42,8 @@ class Reader {
     if (document.Parse(robot_.text.data(), robot_.text.size()) != tinyxml2::XML_SUCCESS)
       fail_at_xml(document);
     const XMLElement* robot = document.FirstChildElement("robot");
-    if (robot == nullptr) robot_.fail(0, "found no element <robot>");
+    if (robot == nullptr) fail_at_root(document.RootElement());
+    require_expanded(*robot);
     require(*robot, "name", "<robot>");
     const std::string version = attribute(*robot, "version");
     if (robot->Attribute("version") != nullptr && version != "1.0" && version != "1")
@@ -69,6 +73,24 @@ class Reader {
       reason = "not well-formed XML: " + reason;
     }
     robot_.fail(document.ErrorLineNum(), reason);
+  }
+
+  [[noreturn]] void fail_at_root(const XMLElement* root) const {
+    if (root == nullptr) robot_.fail(0, "found no element <robot>");
+    const std::string name = root->Name();
+    if (name == "sdf")
+      fail(*root, "found <sdf>: an SDFormat file; allowed: a URDF file, whose root element is <robot>");
+    fail(*root, "found <" + name + "> as the root element; allowed: <robot>");
+  }
+
+  /// Fails for a file with macros of xacro.
+  void require_expanded(const XMLElement& element) const {
+    const std::string_view name = element.Name();
+    if (name.starts_with("xacro:"))
+      fail(element, "found <" + std::string(name) +
+                        ">: the file is a xacro, from which a URDF is made; allowed: a URDF, as 'xacro " +
+                        robot_.file.filename().string() + " > robot.urdf' writes it (ROS package xacro)");
+    for_each(element, nullptr, [&](const XMLElement& child) { require_expanded(child); });
   }
 
   void read_text() {
@@ -212,7 +234,6 @@ class Reader {
     } else if (name == "mesh") {
       shape.kind = UrdfShapeKind::mesh;
       shape.filename = require(*kind, "filename", of);
-      if (shape.filename.rfind("file://", 0) == 0) shape.filename.erase(0, 7);
       shape.scale = vector(*kind, "scale", of, Vec3::Ones());
     } else {
       fail(*kind, where + ": found <" + name + ">; allowed: box, cylinder, sphere, mesh");
@@ -251,7 +272,7 @@ class Reader {
     else if (joint.type == UrdfJointType::revolute || joint.type == UrdfJointType::prismatic)
       fail(element, where + ": found no <limit>; lower, upper, velocity and effort are needed");
     if (const XMLElement* mimic = element.FirstChildElement("mimic"))
-      joint.mimics = require(*mimic, "joint", where + ": <mimic>");
+      read_mimic(*mimic, where + ": <mimic>", joint);
     UrdfLink& child = robot_.links[joint.child];
     if (child.above)
       fail(element, "link '" + child.name + "' is the child of two joints, '" +
@@ -260,6 +281,12 @@ class Reader {
     child.above = index;
     robot_.links[joint.parent].below.push_back(index);
     robot_.joints.push_back(std::move(joint));
+  }
+
+  void read_mimic(const XMLElement& element, const std::string& where, UrdfJoint& joint) const {
+    joint.mimics = require(element, "joint", where);
+    joint.mimic_multiplier = number(element, "multiplier", where, 1.0);
+    joint.mimic_offset = number(element, "offset", where, 0.0);
   }
 
   UrdfLimit read_limit(const XMLElement& element, const std::string& where) const {
@@ -317,8 +344,8 @@ void UrdfRobot::fail(int line, const std::string& reason) const {
   throw UrdfError(place(line) + reason);
 }
 
-UrdfRobot read_urdf(const std::filesystem::path& file) {
-  return Reader(file).read();
+UrdfRobot read_urdf(const std::filesystem::path& file, const PackageFolders& packages) {
+  return Reader(file, packages).read();
 }
 
 }  // namespace takt

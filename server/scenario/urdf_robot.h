@@ -16,6 +16,7 @@
 
 #include "plant_models/mechanics/multibody_tree.h"
 #include "plant_models/spatial.h"
+#include "server/scenario/ros_packages.h"
 
 namespace takt {
 
@@ -41,7 +42,7 @@ struct UrdfShape {
   double radius_m = 0.0;       ///< of a sphere or cylinder
   double length_m = 0.0;       ///< of a cylinder, along z
   Vec3 scale = Vec3::Ones();   ///< of a mesh
-  std::string filename;        ///< of a mesh, as the file has it, without file://
+  std::string filename;        ///< of a mesh, as the file has it
   int line = 0;
 };
 
@@ -70,7 +71,9 @@ struct UrdfJoint {
   Pose X_PJ;
   Vec3 axis = Vec3::UnitX();       ///< in J, of any length
   std::optional<UrdfLimit> limit;  ///< always there for revolute and prismatic joints
-  std::string mimics;              ///< the joint that it follows; empty: an independent joint
+  /// The joint that it follows, at mimic_multiplier times its position plus mimic_offset; empty: an independent joint.
+  std::string mimics;
+  double mimic_multiplier = 1.0, mimic_offset = 0.0;
   int line = 0;
 
   std::string describe() const;  ///< "joint 'NAME' (TYPE)"
@@ -78,12 +81,17 @@ struct UrdfJoint {
 
 struct UrdfRobot {
   std::filesystem::path file;
+  PackageFolders packages;
   std::string text;               ///< the file as it is
   std::vector<UrdfLink> links;    ///< in the order of the file, as joints
   std::vector<UrdfJoint> joints;  ///< join all links to one tree
 
   /// Index of the link of that name. Throws UrdfError that lists the links.
   std::size_t find_link(const std::string& name) const;
+  /// The existing file of a shape of kind mesh.
+  std::optional<std::filesystem::path> mesh_file(const UrdfShape& shape) const {
+    return find_mesh_file(shape.filename, file, packages);
+  }
   /// "FILE: line LINE: ", where line 0 stands for the whole file.
   std::string place(int line) const;
   /// Throws UrdfError: place and reason.
@@ -92,7 +100,8 @@ struct UrdfRobot {
 
 /// Throws UrdfError for a missing file, bytes that are not UTF-8, text that is not well-formed XML, a version
 /// other than 1.0, names that are missing or used twice, numbers that are not finite, missing elements and
-/// attributes that URDF requires, unknown types of joints and geometry, and links that do not form one tree.
-UrdfRobot read_urdf(const std::filesystem::path& file);
+/// attributes that URDF requires, unknown types of joints and geometry, links that do not form one tree,
+/// and files of other formats (xacro, SDFormat).
+UrdfRobot read_urdf(const std::filesystem::path& file, const PackageFolders& packages = {});
 
 }  // namespace takt

@@ -122,7 +122,7 @@ TEST_F(UrdfCollision, MistakesAreReportedWithTheirPlace) {
               HasSubstr("<cylinder>: length: found '-2'"));
   EXPECT_THAT(error(collision("<mesh filename='package://ur/elbow.stl'/>")),
               AllOf(HasSubstr("r.urdf: line 5"), HasSubstr("link 'arm'"), HasSubstr("package://ur/elbow.stl"),
-                    HasSubstr("relative to the URDF file")));
+                    HasSubstr("in the package 'ur'"), HasSubstr("--packages")));
   EXPECT_NE(error(collision("<mesh filename='missing.stl'/>")), "no error");
   EXPECT_THAT(error(collision("<box size='0.2 0 0.6'/>")), HasSubstr("3 finite numbers > 0"));
   EXPECT_THAT(error(collision("<sphere radius='-1'/>")), HasSubstr("a finite number > 0"));

@@ -11,6 +11,7 @@
 #include "client_lib/view/scene_channel.h"
 #include "client_lib/view/web_server.h"
 #include "idl/command_line/numbers.h"
+#include "idl/command_line/package_folders.h"
 
 namespace takt::tool {
 namespace {
@@ -47,7 +48,7 @@ void serve(const Common& common, const ViewOptions& options, view::Stream& strea
   web.port = options.port;
   web.page = page_directory(options.page);
   web.control = !options.observer;
-  web.files = view::RobotFiles({options.files.begin(), options.files.end()});
+  web.files = view::RobotFiles(command_line::package_folders(options.files));
   web.metadata.emplace_back("files", web.files.any() ? "true" : "false");
   const view::SceneChannel scene(stream);
   const view::WebServer server(stream, std::move(web), std::move(control));
@@ -109,9 +110,11 @@ void declare_view(CLI::App& app, const Common& common, int& result) {
   command->add_option("--page", options.page, "directory of the built page")->check(CLI::ExistingDirectory);
   command
       ->add_option(
-          "--files", options.files,
+          "--files,--packages", options.files,
           "folder of mesh files (STL, DAE, OBJ) that robots are drawn with, as their URDF names them "
-          "(relative or package://); may be given several times; nothing else is handed out")
+          "(relative or package://); may be given several times; those of AMENT_PREFIX_PATH and "
+          "ROS_PACKAGE_PATH "
+          "follow; nothing else is handed out")
       ->check(CLI::ExistingDirectory)
       ->type_size(1)
       ->allow_extra_args(false);

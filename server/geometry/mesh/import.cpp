@@ -104,10 +104,25 @@ const GlbFile& MeshFiles::glb(const std::filesystem::path& file) {
   return *glb;
 }
 
+void MeshFiles::add(const std::filesystem::path& name, std::vector<NamedMesh> objects) {
+  added_[name] = std::move(objects);
+}
+
+const std::vector<NamedMesh>* MeshFiles::added(const std::filesystem::path& name) const {
+  const auto place = added_.find(name);
+  return place == added_.end() ? nullptr : &place->second;
+}
+
 std::vector<NamedMesh> import_mesh_objects(const std::filesystem::path& file, double scale,
                                            MeshFiles& files) {
   if (!(scale > 0.0) || !std::isfinite(scale))
     fail(file, "the scale is " + std::to_string(scale) + ", it must be positive and finite.");
+  std::vector<NamedMesh> objects;
+  if (const auto* made = files.added(file)) {
+    objects = *made;
+    for (NamedMesh& object : objects) apply_scale(file, scale, object);
+    return objects;
+  }
   const MeshPath path = split_mesh_path(file);
   const std::string format = format_of(path.file);
   if (!is_known(format))
@@ -116,7 +131,6 @@ std::vector<NamedMesh> import_mesh_objects(const std::filesystem::path& file, do
   if (!path.node.empty() && format != ".glb")
     fail(file, "a node of it is named (#" + path.node + "), but only GLB files have nodes; allowed is " +
                    path.file.string() + ".");
-  std::vector<NamedMesh> objects;
   try {
     if (format == ".glb")
       objects = files.glb(path.file).objects(path.node);

@@ -29,9 +29,14 @@ class MeshFiles {
   ~MeshFiles();
   /// Throws MeshError, MeshFault.
   const GlbFile& glb(const std::filesystem::path& file);
+  /// Objects that no file has, by a name that is used in place of a file.
+  void add(const std::filesystem::path& name, std::vector<NamedMesh> objects);
+  /// Null: the name is that of a file.
+  const std::vector<NamedMesh>* added(const std::filesystem::path& name) const;
 
  private:
   std::map<std::filesystem::path, std::unique_ptr<const GlbFile>> glb_;
+  std::map<std::filesystem::path, std::vector<NamedMesh>> added_;
 };
 
 /// All objects of the file that have faces (of FILE.glb#NODE those of the node, in its frame: GlbFile),

@@ -236,11 +236,12 @@ class Replay {
 
 std::shared_ptr<const CellModel> load_logged_scenario(const LogScenario& logged,
                                                       const std::filesystem::path& cache_directory,
-                                                      const std::filesystem::path& instead, FmuOpener* fmus) {
+                                                      const std::filesystem::path& instead, FmuOpener* fmus,
+                                                      const PackageFolders& packages) {
   const std::filesystem::path& file = instead.empty() ? logged.source.file : instead;
   if (file.empty()) throw LogError("the recorded cell '" + logged.scenario + "' came from no scenario file");
   const Scenario scenario = read_scenario(file, logged.source.options);
-  return build_cell(with_changes(scenario, logged.changes), {cache_directory, nullptr, {}, fmus});
+  return build_cell(with_changes(scenario, logged.changes), {cache_directory, nullptr, {}, fmus, packages});
 }
 
 ReplayResult replay(const std::filesystem::path& log, const ReplayOptions& options) {

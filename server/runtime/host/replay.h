@@ -7,6 +7,7 @@
 #include <string>
 
 #include "server/runtime/recording/command_log.h"
+#include "server/scenario/ros_packages.h"
 #include "server/simulation/model/cell_model.h"
 
 namespace takt {
@@ -21,11 +22,12 @@ struct ReplayOptions {
 };
 
 /// Reads the scenario named in the log, or `instead` of its file, with overrides, level of detail, and
-/// spawned and deleted Parts. `fmus`: as ImportOptions has it.
+/// spawned and deleted Parts. `fmus`, `packages`: as ImportOptions has them.
 std::shared_ptr<const CellModel> load_logged_scenario(const LogScenario& scenario,
                                                       const std::filesystem::path& cache_directory,
                                                       const std::filesystem::path& instead = {},
-                                                      FmuOpener* fmus = nullptr);
+                                                      FmuOpener* fmus = nullptr,
+                                                      const PackageFolders& packages = {});
 
 struct ReplayResult {
   std::string version, cell;  ///< of the server that recorded

@@ -35,8 +35,8 @@ std::shared_ptr<LoadedScenario> ScenarioSlot::build(const Scenario& scenario) {
     if (given_up_()) throw std::runtime_error("The server ends; the import was given up.");
     if (options_.on_import) options_.on_import(component, part);
   };
-  auto model = std::make_shared<CellModel>(
-      *build_cell(scenario, {options_.cache_directory, nullptr, on_import, options_.fmus.get()}));
+  auto model = std::make_shared<CellModel>(*build_cell(
+      scenario, {options_.cache_directory, nullptr, on_import, options_.fmus.get(), options_.packages}));
   for (const ImportNote& note : model->import_notes) {
     if (options_.on_note) options_.on_note(note.sentence);
     outbound_->events.post(events::ImportNote{note.component, note.sentence});

@@ -25,7 +25,8 @@ inline constexpr int kNotAsserted = 3;  ///< the run reached its end and an asse
 struct ScenarioArguments {
   std::string file;
   ScenarioOptions options;
-  std::string allowed_fmus;  ///< directory; empty: scenarios with FMUs are refused
+  std::string allowed_fmus;           ///< directory; empty: scenarios with FMUs are refused
+  std::vector<std::string> packages;  ///< folders, without those of the environment
   void declare(CLI::App& command);
 };
 /// An option that may be given several times, with one value each.
@@ -34,6 +35,8 @@ void add_repeatable(CLI::App& command, const char* option, std::vector<std::stri
 void add_threads(CLI::App& command, int& threads);
 /// --allow-fmus DIR.
 void add_allowed_fmus(CLI::App& command, std::string& directory);
+/// --packages DIR.
+void add_packages(CLI::App& command, std::vector<std::string>& folders);
 
 /// Throws std::runtime_error if the file cannot be written.
 void write_file(const std::string& file, const std::function<void(std::ostream&)>& write);

@@ -3,6 +3,7 @@
 #include <iostream>
 #include <memory>
 
+#include "idl/command_line/package_folders.h"
 #include "server/fmu_export/exporter.h"
 #include "server/tools/takt_run/commands.h"
 
@@ -33,6 +34,7 @@ void declare_export(CLI::App& app, int& result) {
       "'Robot1.q[*]' --outputs '*.position*'");
   command->callback([a, &result] {
     const Scenario scenario = read_scenario(a->scenario.file, a->scenario.options);
+    a->fmu.packages = command_line::package_folders(a->scenario.packages);
     a->fmu.version = a->version == "2.0" ? 2 : 3;
     const auto bin = std::filesystem::read_symlink("/proc/self/exe").parent_path();
     a->fmu.library = bin / "../lib/takt/takt_cell.so";

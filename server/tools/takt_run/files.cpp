@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "idl/command_line/numbers.h"
+#include "idl/command_line/package_folders.h"
 #include "idl/common/text.h"
 #include "server/headless/comparison.h"
 #include "server/headless/mesh_check.h"
@@ -131,6 +132,11 @@ void ScenarioArguments::declare(CLI::App& command) {
       ->type_name("FLOAT")
       ->check(command_line::positive());
   add_allowed_fmus(command, allowed_fmus);
+  add_packages(command, packages);
+}
+
+void add_packages(CLI::App& command, std::vector<std::string>& folders) {
+  add_repeatable(command, "--packages", folders, "DIR", command_line::kPackagesHelp);
 }
 
 void add_allowed_fmus(CLI::App& command, std::string& directory) {

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "idl/command_line/numbers.h"
+#include "idl/command_line/package_folders.h"
 #include "idl/common/text.h"
 #include "server/fmu/fmu_library.h"
 #include "server/geometry/convex/decomposition_cache.h"
@@ -18,6 +19,7 @@ namespace {
 
 struct ReplayArguments {
   std::string log, scenario, allowed_fmus;
+  std::vector<std::string> packages;
   int threads = 1;
   bool quiet = false, json = false;
 };
@@ -28,7 +30,8 @@ int run_replay(const ReplayArguments& a) {
   if (a.threads > 1) options.executor = &pool.emplace(a.threads);
   const auto fmus = fmu_library(a.allowed_fmus);
   options.load = [&](const LogScenario& logged) {
-    return load_logged_scenario(logged, user_cache_directory(), a.scenario, fmus.get());
+    return load_logged_scenario(logged, user_cache_directory(), a.scenario, fmus.get(),
+                                command_line::package_folders(a.packages));
   };
   const ReplayResult result = replay(a.log, options);
   const bool same = result.difference.empty();
@@ -67,6 +70,7 @@ void declare_replay(CLI::App& app, int& result) {
   command->add_option("SCENARIO", arguments->scenario, "scenario file (YAML) in place of the recorded one");
   add_threads(*command, arguments->threads);
   add_allowed_fmus(*command, arguments->allowed_fmus);
+  add_packages(*command, arguments->packages);
   command->add_flag("--quiet", arguments->quiet, "print nothing but errors");
   command->add_flag("--json", arguments->json, "print the result as JSON");
   command->footer("\nExample:\n  takt-run replay run.taktlog --json | jq .state_hash");

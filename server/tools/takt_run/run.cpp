@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "idl/command_line/numbers.h"
+#include "idl/command_line/package_folders.h"
 #include "idl/common/lockstep.h"
 #include "idl/common/parse.h"
 #include "idl/common/text.h"
@@ -104,9 +105,9 @@ int run(const RunArguments& a) {
   std::optional<Progress> progress(std::in_place, a.quiet);
   const auto fmus = fmu_library(a.scenario.allowed_fmus);
   const auto cell = build_cell(
-      scenario,
-      {user_cache_directory(), &monotonic_seconds,
-       [&](const std::string& component, double part) { progress->at_import(component, part); }, fmus.get()});
+      scenario, {user_cache_directory(), &monotonic_seconds,
+                 [&](const std::string& component, double part) { progress->at_import(component, part); },
+                 fmus.get(), command_line::package_folders(a.scenario.packages)});
   progress.reset();
   for (const ImportNote& note : cell->import_notes) std::cerr << "takt-run: note: " << note.sentence << '\n';
   std::optional<WorkerPool> pool;  // outlives the simulation

@@ -38,6 +38,7 @@ int study(const StudyArguments& a) {
   for (const std::string& text : a.scenario.options.overrides) pass("--set", text);
   if (a.scenario.options.level_of_detail) pass("--lod", std::to_string(*a.scenario.options.level_of_detail));
   pass("--allow-fmus", a.scenario.allowed_fmus);
+  for (const std::string& folder : a.scenario.packages) pass("--packages", std::filesystem::absolute(folder));
   pass("--duration", a.duration);
   pass("--program", a.program);
   if (!a.task.empty()) std::tie(options.task, options.tasks) = parse_task(a.task);

@@ -1,0 +1,21 @@
+#include "idl/command_line/package_folders.h"
+
+#include <cstdlib>
+#include <sstream>
+#include <system_error>
+
+namespace takt::command_line {
+
+std::vector<std::filesystem::path> package_folders(const std::vector<std::string>& named) {
+  std::vector<std::filesystem::path> folders(named.begin(), named.end());
+  for (const char* variable : {"AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH"}) {
+    const char* value = std::getenv(variable);
+    std::istringstream list(value != nullptr ? value : "");
+    std::error_code error;
+    for (std::string folder; std::getline(list, folder, ':');)
+      if (!folder.empty() && std::filesystem::is_directory(folder, error)) folders.emplace_back(folder);
+  }
+  return folders;
+}
+
+}  // namespace takt::command_line

@@ -1,0 +1,18 @@
+#pragma once
+// Folders in which the packages of ROS that robot descriptions name are searched.
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace takt::command_line {
+
+/// Help of the option --packages.
+inline constexpr const char* kPackagesHelp =
+    "folder in which package://PACKAGE/... of URDF files is searched: a package, a folder of packages, or a "
+    "prefix "
+    "with packages below share; those of AMENT_PREFIX_PATH and ROS_PACKAGE_PATH follow";
+
+/// `named`, then the existing folders of AMENT_PREFIX_PATH and ROS_PACKAGE_PATH (lists with colons).
+std::vector<std::filesystem::path> package_folders(const std::vector<std::string>& named);
+
+}  // namespace takt::command_line

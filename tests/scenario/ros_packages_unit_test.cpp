@@ -1,0 +1,67 @@
+// Where meshes that robot descriptions name by package are found.
+#include "server/scenario/ros_packages.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/temporary_directory.h"
+
+namespace takt {
+namespace {
+
+class RosPackages : public testing::Test {
+ protected:
+  std::filesystem::path make(const std::string& file) {
+    std::filesystem::create_directories((directory_ / file).parent_path());
+    directory_.write(file, "solid\n");
+    return directory_ / file;
+  }
+  std::string found(const std::string& name, const PackageFolders& folders,
+                    const std::string& description = "elsewhere/robot.urdf") const {
+    const auto file = find_mesh_file(name, directory_ / description, folders);
+    return file ? std::filesystem::weakly_canonical(*file).lexically_relative(
+                      std::filesystem::weakly_canonical(directory_ / "."))
+                : "nothing";
+  }
+  test::TemporaryDirectory directory_;
+};
+
+TEST_F(RosPackages, AreSearchedInEachKindOfFolder) {
+  make("ws/src/arm/meshes/link.stl");
+  make("opt/ros/share/hand/meshes/palm.stl");
+  const std::string link = "package://arm/meshes/link.stl", palm = "package://hand/meshes/palm.stl";
+  EXPECT_EQ(found(link, {directory_ / "ws/src"}), "ws/src/arm/meshes/link.stl");
+  EXPECT_EQ(found(link, {directory_ / "ws/src/arm"}), "ws/src/arm/meshes/link.stl");
+  EXPECT_EQ(found(link, {directory_ / "ws/src/arm/"}), "ws/src/arm/meshes/link.stl");
+  EXPECT_EQ(found(palm, {directory_ / "ws/src", directory_ / "opt/ros"}),
+            "opt/ros/share/hand/meshes/palm.stl");
+  EXPECT_EQ(found("model://arm/meshes/link.stl", {directory_ / "ws/src"}), "ws/src/arm/meshes/link.stl");
+  EXPECT_EQ(found(link, {directory_ / "opt/ros"}), "nothing");
+  EXPECT_EQ(found("package://arm/meshes/other.stl", {directory_ / "ws/src"}), "nothing");
+  EXPECT_EQ(found("package://", {directory_ / "ws/src"}), "nothing");
+  EXPECT_EQ(found("package://arm", {directory_ / "ws/src"}), "nothing");
+}
+
+TEST_F(RosPackages, TheFirstFolderCountsAndThenThoseAboveTheDescription) {
+  make("a/arm/m.stl");
+  make("b/arm/m.stl");
+  make("src/arm/m.stl");
+  make("src/hand/m.stl");
+  const std::string name = "package://arm/m.stl";
+  EXPECT_EQ(found(name, {directory_ / "b", directory_ / "a"}), "b/arm/m.stl");
+  EXPECT_EQ(found(name, {}, "src/arm/urdf/robot.urdf"), "src/arm/m.stl");
+  EXPECT_EQ(found("package://hand/m.stl", {}, "src/arm/urdf/robot.urdf"), "src/hand/m.stl");
+  EXPECT_EQ(found(name, {directory_ / "a"}, "src/arm/urdf/robot.urdf"), "a/arm/m.stl");
+  EXPECT_EQ(found(name, {}), "nothing");
+}
+
+TEST_F(RosPackages, OtherNamesAreFiles) {
+  const auto file = make("robots/meshes/link.stl");
+  EXPECT_EQ(found("meshes/link.stl", {}, "robots/robot.urdf"), "robots/meshes/link.stl");
+  EXPECT_EQ(found("file://" + file.string(), {}), "robots/meshes/link.stl");
+  EXPECT_EQ(found(file.string(), {}), "robots/meshes/link.stl");
+  EXPECT_EQ(package_of("package://arm/m.stl"), "arm");
+  EXPECT_EQ(package_of("meshes/package.stl"), "");
+}
+
+}  // namespace
+}  // namespace takt
