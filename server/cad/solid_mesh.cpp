@@ -1,0 +1,383 @@
+#include "server/cad/solid_mesh.h"
+
+#include <BRepAdaptor_Curve.hxx>
+#include <BRepAdaptor_Surface.hxx>
+#include <BRepGProp.hxx>
+#include <BRepMesh_IncrementalMesh.hxx>
+#include <BRep_Tool.hxx>
+#include <Eigen/Eigenvalues>
+#include <GProp_GProps.hxx>
+#include <Poly_Triangulation.hxx>
+#include <ShapeFix_Shape.hxx>
+#include <TopExp.hxx>
+#include <TopExp_Explorer.hxx>
+#include <TopTools_IndexedDataMapOfShapeListOfShape.hxx>
+#include <TopoDS.hxx>
+#include <TopoDS_Edge.hxx>
+#include <TopoDS_Face.hxx>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <tuple>
+#include <unordered_map>
+
+#include "server/geometry/mesh/repair.h"
+
+namespace takt::cad {
+
+namespace {
+
+using product::Face;
+using product::SurfaceKind;
+
+constexpr double kMm = 1e-3;
+constexpr double kWeld_mm = 1e-5;  ///< vertices closer than this are one
+
+Vec3 vector(const gp_XYZ& v) {
+  return {v.X(), v.Y(), v.Z()};
+}
+Vec3 point(const gp_Pnt& p) {
+  return vector(p.XYZ()) * kMm;
+}
+Vec3 direction(const gp_Dir& d) {
+  return vector(d.XYZ());
+}
+
+/// Numbers positions (mm); those within the welding distance have one number.
+class Welder {
+ public:
+  explicit Welder(std::vector<Vec3>& vertices) : vertices_(vertices) {}
+  std::uint32_t number(const Vec3& p) {
+    const Cell home = cell(p);
+    for (std::int64_t x = -1; x <= 1; ++x)
+      for (std::int64_t y = -1; y <= 1; ++y)
+        for (std::int64_t z = -1; z <= 1; ++z) {
+          const auto [first, last] =
+              cells_.equal_range(hash({std::get<0>(home) + x, std::get<1>(home) + y, std::get<2>(home) + z}));
+          for (auto it = first; it != last; ++it)
+            if ((vertices_[it->second] - p).norm() < kWeld_mm) return it->second;
+        }
+    vertices_.push_back(p);
+    const auto index = static_cast<std::uint32_t>(vertices_.size() - 1);
+    cells_.emplace(hash(home), index);
+    return index;
+  }
+
+ private:
+  using Cell = std::tuple<std::int64_t, std::int64_t, std::int64_t>;
+  static Cell cell(const Vec3& p) {
+    const auto part = [](double x) { return static_cast<std::int64_t>(std::floor(x / (4 * kWeld_mm))); };
+    return {part(p.x()), part(p.y()), part(p.z())};
+  }
+  static std::uint64_t hash(const Cell& c) {
+    std::uint64_t h = 1469598103934665603ULL;
+    for (const std::int64_t part : {std::get<0>(c), std::get<1>(c), std::get<2>(c)})
+      h = (h ^ static_cast<std::uint64_t>(part)) * 1099511628211ULL;
+    return h;
+  }
+  std::vector<Vec3>& vertices_;
+  std::unordered_multimap<std::uint64_t, std::uint32_t> cells_;
+};
+
+/// The triangles of all faces, welded (mm).
+void collect_mesh(const TopoDS_Shape& solid, TriangleMesh& mesh, std::vector<int>& triangle_faces) {
+  Welder welder(mesh.vertices);
+  int index = 0;
+  for (TopExp_Explorer at(solid, TopAbs_FACE); at.More(); at.Next(), ++index) {
+    const TopoDS_Face& face = TopoDS::Face(at.Current());
+    TopLoc_Location place;
+    const Handle(Poly_Triangulation) triangles = BRep_Tool::Triangulation(face, place);
+    if (triangles.IsNull()) continue;
+    std::vector<std::uint32_t> numbers;
+    for (int i = 1; i <= triangles->NbNodes(); ++i)
+      numbers.push_back(welder.number(vector(triangles->Node(i).Transformed(place.Transformation()).XYZ())));
+    const bool turned = (face.Orientation() == TopAbs_REVERSED) != place.Transformation().IsNegative();
+    for (int i = 1; i <= triangles->NbTriangles(); ++i) {
+      int a = 0, b = 0, c = 0;
+      triangles->Triangle(i).Get(a, b, c);
+      TriangleMesh::Triangle t{numbers[static_cast<std::size_t>(a - 1)],
+                               numbers[static_cast<std::size_t>(b - 1)],
+                               numbers[static_cast<std::size_t>(c - 1)]};
+      if (turned) std::swap(t[1], t[2]);
+      if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) continue;
+      mesh.triangles.push_back(t);
+      triangle_faces.push_back(index);
+    }
+  }
+}
+
+Face describe_surface(const TopoDS_Face& face) {
+  Face result;
+  const BRepAdaptor_Surface surface(face);
+  const auto axis = [&](const gp_Ax1& a) {
+    result.point_B = point(a.Location());
+    result.axis_B = direction(a.Direction());
+  };
+  switch (surface.GetType()) {
+    case GeomAbs_Plane:
+      result.kind = SurfaceKind::plane;
+      axis(surface.Plane().Axis());
+      break;
+    case GeomAbs_Cylinder:
+      result.kind = SurfaceKind::cylinder;
+      axis(surface.Cylinder().Axis());
+      result.radius_m = surface.Cylinder().Radius() * kMm;
+      break;
+    case GeomAbs_Cone:
+      result.kind = SurfaceKind::cone;
+      axis(surface.Cone().Axis());
+      result.radius_m = surface.Cone().RefRadius() * kMm;
+      break;
+    case GeomAbs_Sphere:
+      result.kind = SurfaceKind::sphere;
+      result.point_B = point(surface.Sphere().Location());
+      result.radius_m = surface.Sphere().Radius() * kMm;
+      break;
+    case GeomAbs_Torus:
+      result.kind = SurfaceKind::torus;
+      axis(surface.Torus().Axis());
+      result.radius_m = surface.Torus().MajorRadius() * kMm;
+      break;
+    default:
+      break;
+  }
+  GProp_GProps area;
+  BRepGProp::SurfaceProperties(face, area);
+  result.area_m2 = area.Mass() * kMm * kMm;
+  return result;
+}
+
+/// The plane or cylinder that a face of another kind lies on, from its mesh, whose vertices lie on the surface.
+void recognise(const std::vector<Vec3>& vertices, const std::vector<Vec3>& normals, Face& face) {
+  constexpr double kFlat_m = 1e-6, kRound = 1e-4;
+  if (vertices.size() < 3) return;
+  Vec3 mean = Vec3::Zero();
+  Mat3 spread = Mat3::Zero();
+  for (const Vec3& n : normals) mean += n, spread += n * n.transpose();
+  const double total = spread.trace();
+  mean.normalize();
+  const auto off_plane = [&](const Vec3& v) { return std::abs((v - vertices[0]).dot(mean)) < kFlat_m; };
+  if (std::all_of(vertices.begin(), vertices.end(), off_plane)) {
+    face.kind = SurfaceKind::plane, face.point_B = vertices[0], face.axis_B = mean;
+    return;
+  }
+  const Eigen::SelfAdjointEigenSolver<Mat3> axes(spread);
+  if (axes.eigenvalues()(0) > 1e-5 * total || axes.eigenvalues()(1) < 1e-3 * total) return;
+  const Vec3 axis = axes.eigenvectors().col(0), x = axis.unitOrthogonal(), y = axis.cross(x);
+  // Least squares of u^2 + v^2 = 2 a u + 2 b v + c (Kasa 1976), from the first vertex for accuracy.
+  Mat3 A = Mat3::Zero();
+  Vec3 rhs = Vec3::Zero();
+  for (const Vec3& vertex : vertices) {
+    const Vec3 r = vertex - vertices[0];
+    const Vec3 row(2.0 * r.dot(x), 2.0 * r.dot(y), 1.0);
+    const double value = r.dot(x) * r.dot(x) + r.dot(y) * r.dot(y);
+    A += row * row.transpose();
+    rhs += value * row;
+  }
+  const Vec3 solution = A.ldlt().solve(rhs);
+  const double squared = solution.z() + solution.x() * solution.x() + solution.y() * solution.y();
+  if (!(squared > 0.0)) return;
+  const double radius = std::sqrt(squared);
+  for (const Vec3& vertex : vertices) {
+    const Vec3 r = vertex - vertices[0];
+    if (std::abs(std::hypot(r.dot(x) - solution.x(), r.dot(y) - solution.y()) - radius) >
+        std::max(kFlat_m, kRound * radius))
+      return;
+  }
+  face.kind = SurfaceKind::cylinder;
+  face.point_B = vertices[0] + solution.x() * x + solution.y() * y;
+  face.axis_B = axis;
+  face.radius_m = radius;
+}
+
+/// Exporters write planes and cylinders as splines, too.
+void recognise_faces(product::Body& body) {
+  for (std::size_t f = 0; f < body.faces.size(); ++f) {
+    if (body.faces[f].kind != SurfaceKind::other) continue;
+    std::vector<Vec3> vertices, normals;
+    for (std::size_t i = 0; i < body.mesh.triangles.size(); ++i) {
+      if (body.triangle_faces[i] != static_cast<int>(f)) continue;
+      const auto& t = body.mesh.triangles[i];
+      for (const std::uint32_t v : t) vertices.push_back(body.mesh.vertices[v]);
+      normals.push_back((body.mesh.vertices[t[1]] - body.mesh.vertices[t[0]])
+                            .cross(body.mesh.vertices[t[2]] - body.mesh.vertices[t[0]]));
+    }
+    for (Vec3& n : normals) n = n.norm() > 0.0 ? Vec3(n.normalized()) : n;
+    recognise(vertices, normals, body.faces[f]);
+  }
+}
+
+/// Which way the material lies, and outward normals of planes, from the triangles of the faces (m).
+void orient_faces(product::Body& body) {
+  std::vector<Vec3> normals(body.faces.size(), Vec3::Zero());
+  std::vector<double> outwards(body.faces.size(), 0.0);
+  for (std::size_t i = 0; i < body.mesh.triangles.size(); ++i) {
+    const auto& t = body.mesh.triangles[i];
+    const Vec3 &a = body.mesh.vertices[t[0]], &b = body.mesh.vertices[t[1]], &c = body.mesh.vertices[t[2]];
+    const Vec3 n = (b - a).cross(c - a);
+    const auto f = static_cast<std::size_t>(body.triangle_faces[i]);
+    const Face& face = body.faces[f];
+    normals[f] += n;
+    Vec3 away = (a + b + c) / 3.0 - face.point_B;
+    if (face.kind != SurfaceKind::sphere) away -= away.dot(face.axis_B) * face.axis_B;
+    if (face.kind == SurfaceKind::torus) away -= face.radius_m * away.normalized();
+    outwards[f] += n.dot(away.normalized());
+  }
+  for (std::size_t f = 0; f < body.faces.size(); ++f) {
+    Face& face = body.faces[f];
+    if (face.kind == SurfaceKind::plane) {
+      if (normals[f].dot(face.axis_B) < 0.0) face.axis_B = -face.axis_B;
+    } else {
+      face.concave = outwards[f] < 0.0;
+    }
+  }
+}
+
+struct Helix {
+  Vec3 point, axis;
+  double radius_m, pitch_m;
+};
+
+/// The helix about this axis that an edge is, of at least half a turn.
+std::optional<Helix> helix_of(const TopoDS_Edge& edge, const Vec3& origin, const Vec3& axis) {
+  if (BRep_Tool::Degenerated(edge)) return std::nullopt;
+  const BRepAdaptor_Curve curve(edge);
+  if (curve.GetType() == GeomAbs_Line || curve.GetType() == GeomAbs_Circle) return std::nullopt;
+  constexpr int kSamples = 400;
+  const Vec3 x = axis.unitOrthogonal(), y = axis.cross(x);
+  double turned = 0.0, before = 0.0, r_min = 1e300, r_max = 0.0, z0 = 0.0;
+  std::vector<std::pair<double, double>> track;  // angle, height
+  for (int i = 0; i <= kSamples; ++i) {
+    const double u = curve.FirstParameter() + (curve.LastParameter() - curve.FirstParameter()) * i / kSamples;
+    const Vec3 p = point(curve.Value(u)) - origin;
+    const double z = p.dot(axis), px = p.dot(x), py = p.dot(y), r = std::hypot(px, py);
+    r_min = std::min(r_min, r), r_max = std::max(r_max, r);
+    const double angle = std::atan2(py, px);
+    if (i == 0) z0 = z;
+    if (i > 0) turned += std::remainder(angle - before, 2.0 * std::numbers::pi);
+    before = angle;
+    track.emplace_back(turned, z - z0);
+  }
+  if (std::abs(turned) < std::numbers::pi || r_max - r_min > 0.02 * r_max || !(r_max > 1e-6))
+    return std::nullopt;
+  const double slope = track.back().second / turned;  // m per rad
+  if (std::abs(slope) * std::numbers::pi < 1e-5) return std::nullopt;
+  for (const auto& [angle, z] : track)
+    if (std::abs(z - slope * angle) > 0.05 * std::abs(2.0 * std::numbers::pi * slope)) return std::nullopt;
+  return Helix{origin, axis, r_max, slope * 2.0 * std::numbers::pi};
+}
+
+/// Axes of the body's cylinders and cones, each once.
+std::vector<std::pair<Vec3, Vec3>> axes_of(const product::Body& body) {
+  std::vector<std::pair<Vec3, Vec3>> axes;
+  for (const Face& face : body.faces) {
+    if (face.kind != SurfaceKind::cylinder && face.kind != SurfaceKind::cone) continue;
+    const bool known = std::any_of(axes.begin(), axes.end(), [&](const auto& axis) {
+      return axis.second.cross(face.axis_B).norm() < 1e-6 &&
+             (face.point_B - axis.first).cross(axis.second).norm() < 1e-7;
+    });
+    if (!known) axes.emplace_back(face.point_B, face.axis_B);
+  }
+  return axes;
+}
+
+/// Faces that a helical edge bounds are flanks, crests and roots of a thread.
+void find_threads(const TopoDS_Shape& solid, product::Body& body) {
+  const bool any = std::any_of(body.faces.begin(), body.faces.end(),
+                               [](const Face& face) { return face.kind == SurfaceKind::other; });
+  if (!any) return;
+  std::vector<std::pair<Vec3, Vec3>> axes = axes_of(body);
+  if (axes.empty()) axes.emplace_back(body.exact.p_BBcm, Vec3::UnitZ());
+  int index = 0;
+  for (TopExp_Explorer at(solid, TopAbs_FACE); at.More(); at.Next(), ++index) {
+    Face& face = body.faces[static_cast<std::size_t>(index)];
+    if (face.kind != SurfaceKind::other && face.kind != SurfaceKind::cylinder) continue;
+    std::optional<Helix> helix;
+    for (TopExp_Explorer e(at.Current(), TopAbs_EDGE); e.More() && !helix; e.Next())
+      for (const auto& [origin, axis] : axes)
+        if (!helix) helix = helix_of(TopoDS::Edge(e.Current()), origin, axis);
+    if (!helix) continue;
+    face.kind = SurfaceKind::helix;
+    face.point_B = helix->point, face.axis_B = helix->axis;
+    face.radius_m = helix->radius_m, face.pitch_m = helix->pitch_m;
+  }
+}
+
+}  // namespace
+
+bool make_body(const TopoDS_Shape& given, double deflection_m, double angle_rad, product::Body& body,
+               std::vector<std::string>& notes) {
+  TopoDS_Shape solid = given;
+  for (const bool fixed : {false, true}) {
+    if (fixed) {
+      ShapeFix_Shape fix(given);
+      fix.Perform();
+      solid = fix.Shape();
+    }
+    body.mesh = {};
+    body.faces.clear(), body.triangle_faces.clear();
+    BRepMesh_IncrementalMesh mesher(solid, deflection_m / kMm, false, angle_rad, false);
+    collect_mesh(solid, body.mesh, body.triangle_faces);
+    if (!body.mesh.triangles.empty() && check_closed(body.mesh).ok()) break;
+  }
+  if (body.mesh.triangles.empty()) {
+    notes.push_back(body.name + ": no faces could be meshed; the body is left out");
+    return false;
+  }
+  for (Vec3& vertex : body.mesh.vertices) vertex *= kMm;
+  GProp_GProps volume;
+  BRepGProp::VolumeProperties(solid, volume);
+  const double sign = volume.Mass() < 0.0 ? -1.0 : 1.0;
+  for (TopExp_Explorer at(solid, TopAbs_FACE); at.More(); at.Next())
+    body.faces.push_back(describe_surface(TopoDS::Face(at.Current())));
+  if (sign < 0.0)
+    for (auto& triangle : body.mesh.triangles) std::swap(triangle[1], triangle[2]);
+  recognise_faces(body);
+  orient_faces(body);
+  const MeshCheck check = check_closed(body.mesh);
+  if (!check.ok()) {
+    RepairedMesh repaired = repair_mesh(body.mesh);
+    if (!repaired.problem.empty()) {
+      notes.push_back(body.name + ": its mesh bounds no solid (" + check.problem + "); the body is left out");
+      return false;
+    }
+    notes.push_back(
+        body.name +
+        ": its mesh was open and was repaired; contacts of its faces are found by their surfaces");
+    // Faces of triangles stay known where the repair kept the triangle.
+    std::unordered_multimap<std::uint64_t, std::size_t> before;
+    const auto key = [](TriangleMesh::Triangle t) {
+      std::sort(t.begin(), t.end());
+      return (static_cast<std::uint64_t>(t[0]) * 2654435761U) ^ (static_cast<std::uint64_t>(t[1]) << 21U) ^
+             (static_cast<std::uint64_t>(t[2]) << 42U);
+    };
+    for (std::size_t i = 0; i < body.mesh.triangles.size(); ++i)
+      before.emplace(key(body.mesh.triangles[i]), i);
+    std::vector<int> faces;
+    for (const auto& triangle : repaired.mesh.triangles) {
+      const auto found = before.find(key(triangle));
+      faces.push_back(found == before.end() ? -1 : body.triangle_faces[found->second]);
+    }
+    body.mesh = std::move(repaired.mesh);
+    body.triangle_faces = std::move(faces);
+  }
+  const gp_Pnt centre = volume.CentreOfMass();
+  body.exact.volume = sign * volume.Mass() * kMm * kMm * kMm;
+  body.exact.p_BBcm = point(centre);
+  const gp_Mat inertia = volume.MatrixOfInertia();
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j)
+      body.exact.G_BBcm_B(i, j) = inertia.Value(i + 1, j + 1) / volume.Mass() * kMm * kMm;
+  const double meshed = volume_properties(body.mesh).volume;
+  if (!(body.exact.volume > 0.0) || std::abs(meshed - body.exact.volume) > 0.2 * body.exact.volume) {
+    notes.push_back(body.name +
+                    ": the volume of its surfaces disagrees with that of its mesh; that of the mesh is used");
+    body.exact = volume_properties(body.mesh);
+  }
+  body.deflection_m = deflection_m;
+  find_threads(solid, body);
+  return true;
+}
+
+}  // namespace takt::cad

@@ -1,0 +1,16 @@
+#pragma once
+// One solid of a B-rep as a body: mesh, faces, exact volume.
+#include <TopoDS_Shape.hxx>
+#include <string>
+#include <vector>
+
+#include "server/product/product.h"
+
+namespace takt::cad {
+
+/// Fills mesh, faces, triangle_faces, exact and deflection_m of `body` from a solid whose lengths are in mm. `notes` gets
+/// one sentence for each thing that is not as the file has it. False: no closed mesh could be made; the reason is in `notes`.
+bool make_body(const TopoDS_Shape& solid_mm, double deflection_m, double angle_rad, product::Body& body,
+               std::vector<std::string>& notes);
+
+}  // namespace takt::cad

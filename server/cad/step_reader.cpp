@@ -1,0 +1,295 @@
+#include "server/cad/step_reader.h"
+
+#include <BRepBuilderAPI_MakeSolid.hxx>
+#include <BRepBuilderAPI_Transform.hxx>
+#include <BRep_Tool.hxx>
+#include <IFSelect_ReturnStatus.hxx>
+#include <Message.hxx>
+#include <Message_Messenger.hxx>
+#include <OSD.hxx>
+#include <Quantity_ColorRGBA.hxx>
+#include <STEPCAFControl_ExternFile.hxx>
+#include <STEPCAFControl_Reader.hxx>
+#include <Standard_ErrorHandler.hxx>
+#include <Standard_Failure.hxx>
+#include <TCollection_AsciiString.hxx>
+#include <TDF_AttributeIterator.hxx>
+#include <TDF_LabelSequence.hxx>
+#include <TDF_Tool.hxx>
+#include <TDataStd_Name.hxx>
+#include <TDataStd_TreeNode.hxx>
+#include <TDocStd_Document.hxx>
+#include <TopExp_Explorer.hxx>
+#include <TopoDS.hxx>
+#include <TopoDS_Shell.hxx>
+#include <TopoDS_Solid.hxx>
+#include <XCAFApp_Application.hxx>
+#include <XCAFDoc.hxx>
+#include <XCAFDoc_ColorTool.hxx>
+#include <XCAFDoc_DocumentTool.hxx>
+#include <XCAFDoc_Material.hxx>
+#include <XCAFDoc_MaterialTool.hxx>
+#include <XCAFDoc_ShapeTool.hxx>
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <functional>
+#include <set>
+
+#include "server/cad/solid_mesh.h"
+#include "server/product/names.h"
+
+namespace takt::cad {
+
+namespace {
+
+using product::Body;
+using product::Instance;
+using product::Product;
+
+constexpr double kMm = 1e-3;
+
+[[noreturn]] void fail(const std::filesystem::path& file, const std::string& reason) {
+  throw CadError(file.string() + ": " + reason);
+}
+
+std::string name_of(const TDF_Label& label) {
+  Handle(TDataStd_Name) name;
+  if (!label.FindAttribute(TDataStd_Name::GetID(), name)) return {};
+  return TCollection_AsciiString(name->Get()).ToCString();
+}
+
+std::string entry_of(const TDF_Label& label) {
+  TCollection_AsciiString entry;
+  TDF_Tool::Entry(label, entry);
+  return entry.ToCString();
+}
+
+/// Names that OpenCASCADE and exporters make up for uses of a part.
+bool is_generic(const std::string& name) {
+  if (name.empty() || name.starts_with("=>") || name == "NONE" || name == "PART" || name == "SOLID" ||
+      name == "COMPOUND")
+    return true;
+  return name.starts_with("NAUO") ||
+         std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
+}
+
+class Reader {
+ public:
+  Reader(const std::filesystem::path& file, const StepOptions& options)
+      : file_(std::filesystem::absolute(file)), options_(options) {}
+
+  Product read() {
+    load();
+    product_.name = file_.stem().string();
+    product_.source = file_.string();
+    shapes_ = XCAFDoc_DocumentTool::ShapeTool(document_->Main());
+    colours_ = XCAFDoc_DocumentTool::ColorTool(document_->Main());
+    TDF_LabelSequence roots;
+    shapes_->GetFreeShapes(roots);
+    for (int i = 1; i <= roots.Length(); ++i) {
+      if (i == 1 && roots.Length() == 1 && !is_generic(name_of(roots.Value(1))))
+        product_.name = name_of(roots.Value(1));
+      visit(roots.Value(i), gp_Trsf(), "", {});
+    }
+    if (product_.instances.empty()) {
+      std::string reason = "found no solid";
+      for (const std::string& note : product_.notes) reason += "; " + note;
+      fail(file_,
+           reason + "; allowed: a STEP file with solids (in the CAD program, export solids, not surfaces)");
+    }
+    product::make_names_unique(product_.instances);
+    return std::move(product_);
+  }
+
+ private:
+  void load() {
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(file_, error)) fail(file_, "there is no such file");
+    std::ifstream in(file_, std::ios::binary);
+    std::string head(256, '\0');
+    in.read(head.data(), static_cast<std::streamsize>(head.size()));
+    if (head.find("ISO-10303-21") == std::string::npos)
+      fail(file_, "it does not begin with ISO-10303-21; allowed: a STEP file (AP203, AP214, AP242)");
+    in.seekg(0, std::ios::end);
+    const auto size = static_cast<std::int64_t>(in.tellg());
+    in.seekg(std::max<std::int64_t>(0, size - 4096));
+    std::string tail(4096, '\0');
+    in.read(tail.data(), static_cast<std::streamsize>(tail.size()));
+    if (tail.find("END-ISO-10303-21") == std::string::npos)
+      fail(file_, "it ends before END-ISO-10303-21: the file is cut off; allowed: a whole STEP file");
+    Message::DefaultMessenger()->ChangePrinters().Clear();
+    XCAFApp_Application::GetApplication()->NewDocument("MDTV-XCAF", document_);
+    STEPCAFControl_Reader reader;
+    reader.SetColorMode(true);
+    reader.SetNameMode(true);
+    reader.SetMatMode(true);
+    const IFSelect_ReturnStatus status = reader.ReadFile(file_.c_str());
+    if (status != IFSelect_RetDone)
+      fail(file_,
+           "it cannot be read as STEP: its entities are damaged, or not those of AP203, AP214 or AP242");
+    if (!reader.Transfer(document_))
+      fail(file_, "its shapes cannot be transferred: entities are missing or damaged");
+    note_missing_files(reader);
+  }
+
+  void note_missing_files(const STEPCAFControl_Reader& reader) {
+    using Files = NCollection_DataMap<TCollection_AsciiString, Handle(STEPCAFControl_ExternFile)>;
+    for (Files::Iterator at(reader.ExternFiles()); at.More(); at.Next())
+      if (at.Value().IsNull() || at.Value()->GetLoadStatus() != IFSelect_RetDone ||
+          !at.Value()->GetTransferStatus())
+        product_.notes.push_back("the file '" + std::string(at.Key().ToCString()) +
+                                 "', which it refers to, cannot be read beside it; its parts are missing");
+  }
+
+  void visit(const TDF_Label& label, const gp_Trsf& X_WP, const std::string& above,
+             std::vector<TDF_Label> uses) {
+    if (uses.size() > 100) fail(file_, "its structure is nested deeper than 100 levels");
+    TDF_Label part = label;
+    gp_Trsf X = X_WP;
+    uses.push_back(label);
+    std::string name = name_of(label);
+    if (XCAFDoc_ShapeTool::IsReference(label)) {
+      X = X_WP * XCAFDoc_ShapeTool::GetLocation(label).Transformation();
+      XCAFDoc_ShapeTool::GetReferredShape(label, part);
+      if (is_generic(name)) name = name_of(part);
+    }
+    if (is_generic(name)) name = above.empty() ? "Part" : above.substr(above.rfind('/') + 1);
+    const std::string path = above.empty() ? name : above + "/" + name;
+    if (XCAFDoc_ShapeTool::IsAssembly(part)) {
+      TDF_LabelSequence components;
+      XCAFDoc_ShapeTool::GetComponents(part, components, false);
+      for (int i = 1; i <= components.Length(); ++i) visit(components.Value(i), X, path, uses);
+      return;
+    }
+    add_part(part, X, name, path, uses);
+  }
+
+  void add_part(const TDF_Label& part, const gp_Trsf& X, const std::string& name, const std::string& path,
+                const std::vector<TDF_Label>& uses) {
+    // A mirrored or scaled use needs a body of its own.
+    const bool rigid = !X.IsNegative() && std::abs(X.ScaleFactor() - 1.0) < 1e-9;
+    const std::vector<std::size_t>& bodies = this->bodies(
+        part, name, rigid ? "" : "|" + path + "|" + std::to_string(product_.instances.size()), X, rigid);
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+      Instance instance;
+      instance.name = product::key_of(bodies.size() == 1 ? name : name + "_" + std::to_string(i + 1));
+      instance.path = path;
+      instance.body = bodies[i];
+      if (rigid) {
+        const gp_Mat R = X.VectorialPart();
+        for (int r = 0; r < 3; ++r)
+          for (int c = 0; c < 3; ++c) instance.X_WB.R(r, c) = R.Value(r + 1, c + 1);
+        instance.X_WB.p =
+            Vec3(X.TranslationPart().X(), X.TranslationPart().Y(), X.TranslationPart().Z()) * kMm;
+      }
+      Body& body = product_.bodies[bodies[i]];
+      if (!body.colour) body.colour = colour_of(part, uses);
+      product_.instances.push_back(std::move(instance));
+    }
+  }
+
+  const std::vector<std::size_t>& bodies(const TDF_Label& part, const std::string& name,
+                                         const std::string& extra, const gp_Trsf& X, bool rigid) {
+    const std::string key = entry_of(part) + extra;
+    const auto known = made_.find(key);
+    if (known != made_.end()) return known->second;
+    std::vector<std::size_t>& made = made_[key];
+    TopoDS_Shape shape = XCAFDoc_ShapeTool::GetShape(part);
+    if (shape.IsNull()) return made;
+    if (!rigid) shape = BRepBuilderAPI_Transform(shape, X, true).Shape();
+    for (const TopoDS_Shape& solid : solids_of(shape, name)) {
+      Body body;
+      body.name = name;
+      if (!make_body(solid, options_.deflection_m, options_.angular_deflection_rad, body, product_.notes))
+        continue;
+      body.material = material_of(part, name);
+      made.push_back(product_.bodies.size());
+      product_.bodies.push_back(std::move(body));
+    }
+    return made;
+  }
+
+  std::vector<TopoDS_Shape> solids_of(const TopoDS_Shape& shape, const std::string& name) {
+    std::vector<TopoDS_Shape> solids;
+    for (TopExp_Explorer at(shape, TopAbs_SOLID); at.More(); at.Next()) solids.push_back(at.Current());
+    int open = 0;
+    for (TopExp_Explorer at(shape, TopAbs_SHELL, TopAbs_SOLID); at.More(); at.Next()) {
+      const TopoDS_Shell shell = TopoDS::Shell(at.Current());
+      BRepBuilderAPI_MakeSolid made(shell);
+      if (BRep_Tool::IsClosed(shell) && made.IsDone()) {
+        solids.push_back(static_cast<const TopoDS_Shape&>(made.Solid()));
+        product_.notes.push_back(name + ": a closed shell is taken for a solid");
+      } else {
+        ++open;
+      }
+    }
+    for (TopExp_Explorer at(shape, TopAbs_FACE, TopAbs_SHELL); at.More(); at.Next()) ++open;
+    if (open > 0)
+      product_.notes.push_back(name + ": " + std::to_string(open) +
+                               (open == 1 ? " surface bounds" : " surfaces bound") +
+                               " no solid and is left out");
+    return solids;
+  }
+
+  std::optional<std::array<float, 4>> colour_of(const TDF_Label& part,
+                                                const std::vector<TDF_Label>& uses) const {
+    Quantity_ColorRGBA colour;
+    const auto found = [&](const TDF_Label& label) {
+      return colours_->GetColor(label, XCAFDoc_ColorSurf, colour) ||
+             colours_->GetColor(label, XCAFDoc_ColorGen, colour);
+    };
+    const auto value = [&]() -> std::array<float, 4> {
+      Standard_Real r = 0.0, g = 0.0, b = 0.0;
+      colour.GetRGB().Values(r, g, b, Quantity_TOC_sRGB);
+      return {static_cast<float>(r), static_cast<float>(g), static_cast<float>(b), colour.Alpha()};
+    };
+    for (auto use = uses.rbegin(); use != uses.rend(); ++use)
+      if (found(*use)) return value();
+    if (found(part)) return value();
+    const TopoDS_Shape shape = XCAFDoc_ShapeTool::GetShape(part);
+    for (const TopAbs_ShapeEnum kind : {TopAbs_SOLID, TopAbs_SHELL, TopAbs_FACE})
+      for (TopExp_Explorer at(shape, kind); at.More(); at.Next())
+        if (colours_->GetColor(at.Current(), XCAFDoc_ColorSurf, colour) ||
+            colours_->GetColor(at.Current(), XCAFDoc_ColorGen, colour))
+          return value();
+    return std::nullopt;
+  }
+
+  product::Material material_of(const TDF_Label& part, const std::string& name) const {
+    std::string stated;
+    double density_g_cm3 = 0.0;
+    Handle(TDataStd_TreeNode) node;
+    if (part.FindAttribute(XCAFDoc::MaterialRefGUID(), node) && node->HasFather()) {
+      Handle(TCollection_HAsciiString) text, description, density_name, density_type;
+      XCAFDoc_DocumentTool::MaterialTool(document_->Main())
+          ->GetMaterial(node->Father()->Label(), text, description, density_g_cm3, density_name,
+                        density_type);
+      if (!text.IsNull()) stated = text->ToCString();
+    }
+    return product::material_of(stated, name, density_g_cm3 * 1000.0, options_.densities);
+  }
+
+  const std::filesystem::path file_;
+  const StepOptions& options_;
+  Product product_;
+  Handle(TDocStd_Document) document_;
+  Handle(XCAFDoc_ShapeTool) shapes_;
+  Handle(XCAFDoc_ColorTool) colours_;
+  std::map<std::string, std::vector<std::size_t>> made_;  ///< bodies by label of the part
+};
+
+}  // namespace
+
+product::Product read_step(const std::filesystem::path& file, const StepOptions& options) {
+  try {
+    OSD::SetSignal(false);  // a crash in OpenCASCADE becomes an exception
+    OCC_CATCH_SIGNALS
+    return Reader(file, options).read();
+  } catch (const Standard_Failure& failure) {
+    fail(file, std::string("OpenCASCADE cannot read it: ") + failure.GetMessageString());
+  }
+}
+
+}  // namespace takt::cad

@@ -1,0 +1,402 @@
+#include "server/product/cell_writer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <functional>
+#include <limits>
+#include <map>
+#include <set>
+#include <stdexcept>
+
+#include "server/geometry/convex/convex_shape.h"
+#include "server/product/convex_pieces.h"
+#include "server/product/geometry.h"
+#include "server/product/names.h"
+
+namespace takt::product {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string number(double value, int digits = 10) {
+  char text[40];
+  std::snprintf(text, sizeof(text), "%.*g", digits, std::abs(value) < 1e-12 ? 0.0 : value);
+  return text;
+}
+std::string list(const Vec3& v, int digits = 10) {
+  return "[" + number(v.x(), digits) + ", " + number(v.y(), digits) + ", " + number(v.z(), digits) + "]";
+}
+
+void write(const fs::path& file, const std::function<void(std::ostream&)>& content) {
+  std::ofstream out(file);
+  content(out);
+  out.close();
+  if (!out) throw std::runtime_error(file.string() + ": cannot be written");
+}
+
+void write_object(std::ostream& out, const std::string& name, const TriangleMesh& mesh, std::size_t& base) {
+  out << "o " << name << '\n';
+  for (const Vec3& v : mesh.vertices)
+    out << "v " << number(v.x(), 9) << ' ' << number(v.y(), 9) << ' ' << number(v.z(), 9) << '\n';
+  for (const auto& t : mesh.triangles)
+    out << "f " << base + t[0] << ' ' << base + t[1] << ' ' << base + t[2] << '\n';
+  base += mesh.vertices.size();
+}
+
+void write_mesh(const fs::path& file, const std::string& name, const TriangleMesh& mesh) {
+  std::size_t base = 1;
+  write(file, [&](std::ostream& out) { write_object(out, name, mesh, base); });
+}
+
+TriangleMesh box(const Vec3& lower, const Vec3& upper) {
+  TriangleMesh mesh;
+  for (const double x : {lower.x(), upper.x()})
+    for (const double y : {lower.y(), upper.y()})
+      for (const double z : {lower.z(), upper.z()}) mesh.vertices.emplace_back(x, y, z);
+  mesh.triangles = {{0, 1, 3}, {0, 3, 2}, {4, 6, 7}, {4, 7, 5}, {0, 4, 5}, {0, 5, 1},
+                    {2, 3, 7}, {2, 7, 6}, {0, 2, 6}, {0, 6, 4}, {1, 5, 7}, {1, 7, 3}};
+  return mesh;
+}
+
+/// Boxes under the base, as a Ground. Posts stand where the base is what a look from below meets first.
+std::vector<TriangleMesh> support(const std::vector<PlacedInstance>& placed, std::size_t base,
+                                  double& floor_m) {
+  double lowest = std::numeric_limits<double>::infinity();
+  BoxBuilder all;
+  for (const PlacedInstance& instance : placed) {
+    lowest = std::min(lowest, instance.box.lower.z());
+    all.add(instance.box.lower), all.add(instance.box.upper);
+  }
+  const PlacedInstance& body = placed[base];
+  const Vec3 size = all.box.upper - all.box.lower;
+  const double margin = 0.1 * std::max(size.x(), size.y()),
+               thickness = 0.05 * std::max({size.x(), size.y(), size.z()});
+  constexpr double kSame_m = 1e-6;
+  const auto plate = [&](double top) {
+    return box(Vec3(all.box.lower.x() - margin, all.box.lower.y() - margin, top - thickness),
+               Vec3(all.box.upper.x() + margin, all.box.upper.y() + margin, top));
+  };
+  floor_m = lowest;
+  if (body.box.lower.z() - lowest < kSame_m) return {plate(lowest)};
+  // Columns of a grid in which the base's lower side is flat, at its lowest height, and free below.
+  floor_m = lowest - 0.25 * size.z();
+  std::vector<TriangleMesh> boxes{plate(floor_m)};
+  constexpr int kCells = 24;
+  const Vec3 from = body.box.lower, extent = body.box.upper - body.box.lower;
+  std::vector<Vec3> places;
+  const Vec3 cell(extent.x() / kCells, extent.y() / kCells, 0.0);
+  for (int i = 0; i < kCells; ++i) {
+    for (int j = 0; j < kCells; ++j) {
+      const Vec3 lower(from.x() + i * cell.x(), from.y() + j * cell.y(), 0.0), upper = lower + cell;
+      bool touches = false, free = true;
+      for (const Triangle& t : body.triangles) {
+        const Vec3 n = normal_of(t);
+        if (n.z() > -0.999 * n.norm()) continue;
+        const bool flat = std::abs(t[0].z() - from.z()) < kSame_m;
+        const Vec3 middle = 0.5 * (lower + upper);
+        // Inside the triangle seen from above.
+        bool inside = flat;
+        for (std::size_t k = 0; inside && k < 3; ++k) {
+          const Vec3 e = t[(k + 1) % 3] - t[k], r = middle - t[k];
+          inside = e.x() * r.y() - e.y() * r.x() <= 0.0;
+        }
+        touches = touches || inside;
+      }
+      for (std::size_t other = 0; touches && free && other < placed.size(); ++other) {
+        if (other == base || placed[other].box.lower.z() > from.z()) continue;
+        const Aabb& b = placed[other].box;
+        free = b.upper.x() < lower.x() || b.lower.x() > upper.x() || b.upper.y() < lower.y() ||
+               b.lower.y() > upper.y();
+      }
+      if (touches && free) places.push_back(0.5 * (lower + upper));
+    }
+  }
+  if (places.empty()) return boxes;
+  // The four places that lie furthest out along the diagonals carry it.
+  std::set<std::size_t> chosen;
+  for (const double sx : {-1.0, 1.0})
+    for (const double sy : {-1.0, 1.0}) {
+      std::size_t best = 0;
+      for (std::size_t k = 1; k < places.size(); ++k)
+        if (sx * places[k].x() + sy * places[k].y() > sx * places[best].x() + sy * places[best].y()) best = k;
+      chosen.insert(best);
+    }
+  for (const std::size_t k : chosen)
+    boxes.push_back(box(Vec3(places[k].x() - 0.5 * cell.x(), places[k].y() - 0.5 * cell.y(), floor_m),
+                        Vec3(places[k].x() + 0.5 * cell.x(), places[k].y() + 0.5 * cell.y(), from.z())));
+  return boxes;
+}
+
+/// Coefficients of friction of dry pairs: Dubbel, Taschenbuch fuer den Maschinenbau, B 15; plastics: VDI 2736.
+double friction(const std::string& a, const std::string& b) {
+  const auto has = [&](const char* word) {
+    return a.find(word) != std::string::npos || b.find(word) != std::string::npos;
+  };
+  if (has("rubber")) return 0.6;
+  if (has("POM")) return 0.2;
+  if (has("PA 6") || has("ABS") || has("PC") || has("plastic")) return 0.3;
+  if (has("alumin")) return 0.35;
+  if (has("brass") || has("bronze")) return 0.19;
+  return 0.15;
+}
+
+std::string contact_line(const Product& product, const Contact& contact) {
+  const auto& names = product.instances;
+  std::string text = names[contact.first].name + " - " + names[contact.second].name + ": ";
+  switch (contact.kind) {
+    case ContactKind::plane:
+      text += "plane, " + number(contact.area_m2 * 1e6, 4) + " mm2";
+      break;
+    case ContactKind::cylinder_fit:
+      text += contact.clearance_m < 0.0
+                  ? "interference fit, " + number(-contact.clearance_m * 1e6, 3) + " um in the radius"
+                  : "fit, clearance " + number(contact.clearance_m * 1e6, 3) + " um in the radius";
+      break;
+    case ContactKind::thread:
+      text += "thread, pitch " + number(contact.pitch_m * 1e3, 3) + " mm";
+      break;
+    case ContactKind::snap:
+      text += "snap";
+      break;
+    case ContactKind::other:
+      text += "curved surfaces, " + number(contact.area_m2 * 1e6, 4) + " mm2";
+      break;
+  }
+  return text;
+}
+
+class Writer {
+ public:
+  Writer(const Product& product, const Disassembly& plan, const Hierarchy& numbers, const fs::path& directory)
+      : product_(product), plan_(plan), numbers_(numbers), directory_(directory), placed_(place(product)) {}
+
+  CellFiles write_all() {
+    fs::create_directories(directory_ / "meshes");
+    result_.notes = product_.notes;
+    write_bodies();
+    write_support();
+    const std::string name = key_of(product_.name);
+    result_.scenario = directory_ / (name + ".yaml");
+    write(result_.scenario, [&](std::ostream& out) { scenario(out, name); });
+    return std::move(result_);
+  }
+
+ private:
+  void write_bodies() {
+    std::set<std::string> taken;
+    for (const Body& body : product_.bodies) {
+      const std::string stem = key_of(body.name);
+      std::string name = stem;
+      for (int i = 2; !taken.insert(name).second; ++i) name = stem + "_" + std::to_string(i);
+      files_.push_back(name);
+      write_mesh(directory_ / "meshes" / (name + ".obj"), name, body.mesh);
+      choices_.push_back(choose_convex(body));
+      const ConvexChoice& choice = choices_.back();
+      if (choice.method != ConvexMethod::pieces) continue;
+      std::size_t base = 1;
+      write(directory_ / "meshes" / (name + "_convex.obj"), [&](std::ostream& out) {
+        int number = 0;
+        for (const std::vector<Vec3>& piece : choice.pieces)
+          write_object(out, "piece_" + std::to_string(++number),
+                       convex_hull_mesh(convex_hull_vertices(piece)), base);
+      });
+    }
+  }
+
+  void write_support() {
+    const auto boxes = support(placed_, plan_.base, floor_m_);
+    posts_ = boxes.size() - 1;
+    std::size_t base = 1;
+    write(directory_ / "meshes" / "Support.obj", [&](std::ostream& out) {
+      for (std::size_t i = 0; i < boxes.size(); ++i)
+        write_object(out, i == 0 ? "plate" : "post_" + std::to_string(i), boxes[i], base);
+    });
+    if (floor_m_ < placed_[plan_.base].box.lower.z() - 1e-6 && posts_ == 0)
+      result_.notes.push_back("no place under " + product_.instances[plan_.base].name +
+                              " is free for a post of the support; place it on a Ground of your own");
+  }
+
+  std::string convex_of(std::size_t body) const {
+    switch (choices_[body].method) {
+      case ConvexMethod::pieces:
+        return ", convex: meshes/" + files_[body] + "_convex.obj";
+      case ConvexMethod::vhacd:
+        return ", convex: vhacd";
+      case ConvexMethod::hull:
+        break;
+    }
+    return "";
+  }
+
+  void scenario(std::ostream& out, const std::string& name) {
+    out << "# " << product_.name << ", made by takt-from-cad from "
+        << fs::path(product_.source).filename().string() << ".\n"
+        << "# Poses, masses and meshes are those of the file; what was assumed is marked. Keys: "
+           "docs/scenario_reference.md.\n";
+    for (const std::string& note : result_.notes) out << "# Note: " << note << ".\n";
+    out << "takt_scenario: 1\nname: " << name << "\nduration_s: 2\n\n"
+        << "processes:\n  product: {level_of_detail: 1, members: all}\n";
+    advice(out);
+    out << "\nsolver: {method: rk2, step_s: 0.001}\n\n"
+        << "interaction:\n  allowed_position_error_m: 0.0001   # assumed: by which a part sags in the spring "
+           "that holds it\n"
+        << "  damping_ratio: 1.0\n\n"
+        << "# At level of detail 3. The layer is assumed; friction of dry pairs: Dubbel, B 15.\n"
+        << "contact:\n  defaults: {youngs_modulus_Pa: 1.0e+7, poisson_ratio: 0.3, layer_depth_m: 0.001, "
+           "friction: "
+        << number(usual_friction(), 3) << "}\n";
+    pairs(out);
+    out << "\n# hierarchy: each part is held by parts of larger numbers that it touches, the base by the "
+           "support. The numbers follow\n"
+           "# from the order of disassembly.\nparts:\n";
+    for (std::size_t i = 0; i < product_.instances.size(); ++i) part(out, i);
+    out << "\ngrounds:\n  Support: {mesh: meshes/Support.obj, convex: objects}   # assumed: a plate"
+        << (posts_ > 0 ? " with " + std::to_string(posts_) + " posts" : "") << " under "
+        << product_.instances[plan_.base].name << "\n";
+    if (!product_.contacts.empty()) {
+      out << "\n# What touches what:\n";
+      for (const Contact& contact : product_.contacts)
+        out << "#   " << contact_line(product_, contact) << '\n';
+    }
+    order(out);
+    out << "\n# Where the parts are at the end: nothing moves the product.\nexpected:\n  tolerance_m: "
+           "0.0005\n  parts:\n";
+    for (const Instance& instance : product_.instances)
+      out << "    " << instance.name << ": {" << pose(instance) << "}\n";
+  }
+
+  static std::string pose(const Instance& instance) {
+    const Quat q = instance.X_WB.quaternion();
+    std::string text = "position_m: " + list(instance.X_WB.p);
+    if (std::abs(q.w()) < 1.0 - 1e-12)
+      text += ", quaternion_xyzw: [" + number(q.x(), 15) + ", " + number(q.y(), 15) + ", " +
+              number(q.z(), 15) + ", " + number(q.w(), 15) + "]";
+    return text;
+  }
+
+  void part(std::ostream& out, std::size_t i) const {
+    const Instance& instance = product_.instances[i];
+    const Body& body = product_.bodies[instance.body];
+    const double mass = body.material.density_kg_m3 * body.exact.volume;
+    out << "  " << instance.name << ":   # " << instance.path << "; "
+        << (body.material.name.empty() ? "material" : body.material.name) << ", "
+        << number(body.material.density_kg_m3, 5) << " kg/m3" << (body.material.assumed ? " (assumed)" : "")
+        << '\n';
+    out << "    {mesh: meshes/" << files_[instance.body] << ".obj" << convex_of(instance.body)
+        << ", mass_kg: " << number(mass, 8) << ", hierarchy: " << numbers_.numbers[i];
+    if (body.colour)
+      out << ",\n     color: [" << number((*body.colour)[0], 3) << ", " << number((*body.colour)[1], 3)
+          << ", " << number((*body.colour)[2], 3) << ", " << number((*body.colour)[3], 3) << "]";
+    const Mat3 I = mass * body.exact.G_BBcm_B;
+    out << ",\n     center_of_mass_m: " << list(body.exact.p_BBcm) << ", inertia_kg_m2: ["
+        << list(I.row(0).transpose()) << ", " << list(I.row(1).transpose()) << ", "
+        << list(I.row(2).transpose()) << "]";
+    out << ",\n     pose: {" << pose(instance) << "}}\n";
+  }
+
+  void advice(std::ostream& out) const {
+    const auto advised = level_advice(product_);
+    out << "# Advice on the level of detail, by contact (all others: 1):\n";
+    bool any = false;
+    for (const LevelAdvice& one : advised) {
+      if (one.level == 1) continue;
+      any = true;
+      const Contact& contact = product_.contacts[one.contact];
+      out << "#   " << product_.instances[contact.first].name << " - "
+          << product_.instances[contact.second].name << ": level " << one.level << ", " << one.reason << '\n';
+    }
+    if (!any) out << "#   level 1 is enough: no contact needs forces between surfaces\n";
+  }
+
+  std::string material(std::size_t i) const {
+    return product_.bodies[product_.instances[i].body].material.name;
+  }
+
+  double usual_friction() const {
+    std::map<double, int> count;
+    for (const Contact& contact : product_.contacts)
+      ++count[friction(material(contact.first), material(contact.second))];
+    double best = 0.15;
+    int most = 0;
+    for (const auto& [value, n] : count)
+      if (n > most) most = n, best = value;
+    return best;
+  }
+
+  void pairs(std::ostream& out) const {
+    std::set<std::pair<std::size_t, std::size_t>> done;
+    bool first = true;
+    for (const Contact& contact : product_.contacts) {
+      const double mu = friction(material(contact.first), material(contact.second));
+      if (mu == usual_friction() || !done.insert({contact.first, contact.second}).second) continue;
+      if (first) out << "  pairs:\n";
+      first = false;
+      out << "    - {pair: [" << product_.instances[contact.first].name << ", "
+          << product_.instances[contact.second].name << "], friction: " << number(mu, 3) << "}\n";
+    }
+  }
+
+  void order(std::ostream& out) const {
+    out << "\n# Order of disassembly; " << product_.instances[plan_.base].name << " is the base and stays:\n";
+    int count = 0;
+    for (const RemovalStep& step : plan_.steps) {
+      out << "#   " << ++count << ". " << to_string(step.loosening);
+      for (const std::size_t i : step.parts) out << ' ' << product_.instances[i].name;
+      out << " along " << list(step.direction_W, 3) << (step.reason.empty() ? "" : ": " + step.reason)
+          << '\n';
+    }
+    for (const auto& group : plan_.stuck) {
+      out << "#   No straight motion parts these from each other:";
+      for (const std::size_t i : group) out << ' ' << product_.instances[i].name;
+      out << '\n';
+    }
+    for (const std::size_t i : numbers_.floating)
+      out << "#   " << product_.instances[i].name
+          << " touches no part that leaves later: at level 1 nothing holds it.\n";
+  }
+
+  const Product& product_;
+  const Disassembly& plan_;
+  const Hierarchy& numbers_;
+  const fs::path& directory_;
+  const std::vector<PlacedInstance> placed_;
+  std::vector<std::string> files_;     ///< by body: name of its mesh file without suffix
+  std::vector<ConvexChoice> choices_;  ///< by body
+  std::size_t posts_ = 0;
+  double floor_m_ = 0.0;
+  CellFiles result_;
+};
+
+}  // namespace
+
+std::vector<LevelAdvice> level_advice(const Product& product) {
+  constexpr double kTransition_m = 1e-5;
+  std::vector<LevelAdvice> advice;
+  for (std::size_t i = 0; i < product.contacts.size(); ++i) {
+    const Contact& contact = product.contacts[i];
+    LevelAdvice one{i, 1, ""};
+    if (contact.kind == ContactKind::cylinder_fit && contact.clearance_m < 0.0)
+      one = {
+          i, 3,
+          "interference fit of " + number(-contact.clearance_m * 1e6, 3) + " um: its force holds the parts"};
+    else if (contact.kind == ContactKind::cylinder_fit && contact.clearance_m > 0.0 &&
+             contact.clearance_m < kTransition_m)
+      one = {i, 3, "close fit of " + number(contact.clearance_m * 1e6, 3) + " um: it can jam"};
+    else if (contact.kind == ContactKind::thread)
+      one = {i, 3, "thread: torque and preload"};
+    else if (contact.kind == ContactKind::snap)
+      one = {i, 3, "snap: the force of joining"};
+    advice.push_back(std::move(one));
+  }
+  return advice;
+}
+
+CellFiles write_cell(const Product& product, const Disassembly& plan, const Hierarchy& numbers,
+                     const fs::path& directory) {
+  return Writer(product, plan, numbers, directory).write_all();
+}
+
+}  // namespace takt::product

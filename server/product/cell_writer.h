@@ -1,0 +1,32 @@
+#pragma once
+// A product as a scenario: meshes, convex shapes, a support, and a commented file that loads at once.
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "server/product/disassembly.h"
+#include "server/product/product.h"
+
+namespace takt::product {
+
+/// Advice on the level of detail of one contact, with its reason.
+struct LevelAdvice {
+  std::size_t contact = 0;  ///< of Product::contacts
+  int level = 1;
+  std::string reason;
+};
+/// Level 3 where forces between surfaces decide: interference and transition fits, threads, snaps. Level 1 elsewhere.
+std::vector<LevelAdvice> level_advice(const Product& product);
+
+struct CellFiles {
+  std::filesystem::path scenario;
+  std::vector<std::string> notes;  ///< what was assumed or left to the user, one sentence each
+};
+
+/// Writes NAME.yaml and meshes/ into the directory, which is made. The product stands as its file has it: world z is up.
+/// The support is a Ground under the base, with posts where other parts reach further down. Throws std::runtime_error for
+/// files that cannot be written.
+CellFiles write_cell(const Product& product, const Disassembly& plan, const Hierarchy& numbers,
+                     const std::filesystem::path& directory);
+
+}  // namespace takt::product

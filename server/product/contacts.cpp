@@ -1,0 +1,405 @@
+#include "server/product/contacts.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <optional>
+#include <tuple>
+
+#include "server/product/geometry.h"
+
+namespace takt::product {
+
+namespace {
+
+constexpr double kParallel = 1e-4;  ///< of the sine between two directions
+constexpr double kTurn = 2.0 * std::numbers::pi;
+
+using Vec2 = Eigen::Vector2d;
+
+double cross2(const Vec2& a, const Vec2& b) {
+  return a.x() * b.y() - a.y() * b.x();
+}
+
+/// Area and centre of the common part of two triangles (counter-clockwise), by clipping (Sutherland, Hodgman 1974).
+double common_area(const std::array<Vec2, 3>& a, const std::array<Vec2, 3>& b, Vec2& centre) {
+  std::array<Vec2, 12> polygon, next;
+  std::size_t count = 3;
+  std::copy(a.begin(), a.end(), polygon.begin());
+  for (std::size_t e = 0; e < 3 && count > 0; ++e) {
+    const Vec2 from = b[e], edge = b[(e + 1) % 3] - from;
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      const Vec2 &p = polygon[i], &q = polygon[(i + 1) % count];
+      const double at_p = cross2(edge, p - from), at_q = cross2(edge, q - from);
+      if (at_p >= 0.0) next[kept++] = p;
+      if ((at_p > 0.0 && at_q < 0.0) || (at_p < 0.0 && at_q > 0.0))
+        next[kept++] = p + (q - p) * (at_p / (at_p - at_q));
+    }
+    polygon = next;
+    count = kept;
+  }
+  double area = 0.0;
+  centre = Vec2::Zero();
+  for (std::size_t i = 1; i + 1 < count; ++i) {
+    const double part = 0.5 * cross2(polygon[i] - polygon[0], polygon[i + 1] - polygon[0]);
+    area += part;
+    centre += part * (polygon[0] + polygon[i] + polygon[i + 1]) / 3.0;
+  }
+  if (area > 0.0) centre /= area;
+  return area;
+}
+
+double distance_to_triangle(const Vec3& p, const Triangle& t) {
+  // Ericson, Real-Time Collision Detection, 5.1.5.
+  const Vec3 ab = t[1] - t[0], ac = t[2] - t[0], ap = p - t[0];
+  const double d1 = ab.dot(ap), d2 = ac.dot(ap);
+  if (d1 <= 0.0 && d2 <= 0.0) return ap.norm();
+  const Vec3 bp = p - t[1];
+  const double d3 = ab.dot(bp), d4 = ac.dot(bp);
+  if (d3 >= 0.0 && d4 <= d3) return bp.norm();
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0) return (p - (t[0] + ab * (d1 / (d1 - d3)))).norm();
+  const Vec3 cp = p - t[2];
+  const double d5 = ab.dot(cp), d6 = ac.dot(cp);
+  if (d6 >= 0.0 && d5 <= d6) return cp.norm();
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0) return (p - (t[0] + ac * (d2 / (d2 - d6)))).norm();
+  const double va = d3 * d6 - d5 * d4;
+  if (va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0)
+    return (p - (t[1] + (t[2] - t[1]) * ((d4 - d3) / ((d4 - d3) + (d5 - d6))))).norm();
+  const double sum = va + vb + vc;
+  return (p - (t[0] + ab * (vb / sum) + ac * (vc / sum))).norm();
+}
+
+bool coaxial(const Face& a, const Face& b, double apart_m) {
+  return a.axis_B.cross(b.axis_B).norm() < kParallel &&
+         (b.point_B - a.point_B).cross(a.axis_B).norm() <= apart_m;
+}
+
+/// A part of the name in any case.
+bool has_word(const std::string& name, std::initializer_list<const char*> words) {
+  std::string lower = name;
+  std::transform(lower.begin(), lower.end(), lower.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return std::any_of(words.begin(), words.end(),
+                     [&](const char* word) { return lower.find(word) != std::string::npos; });
+}
+
+/// ISO 261, coarse series: of the nearest nominal diameter.
+double coarse_pitch_m(double diameter_m) {
+  constexpr std::array<std::pair<double, double>, 19> kSeries{{{2, 0.4},
+                                                               {2.5, 0.45},
+                                                               {3, 0.5},
+                                                               {4, 0.7},
+                                                               {5, 0.8},
+                                                               {6, 1.0},
+                                                               {8, 1.25},
+                                                               {10, 1.5},
+                                                               {12, 1.75},
+                                                               {14, 2.0},
+                                                               {16, 2.0},
+                                                               {18, 2.5},
+                                                               {20, 2.5},
+                                                               {22, 2.5},
+                                                               {24, 3.0},
+                                                               {27, 3.0},
+                                                               {30, 3.5},
+                                                               {36, 4.0},
+                                                               {42, 4.5}}};
+  const auto nearest = std::min_element(kSeries.begin(), kSeries.end(), [&](const auto& a, const auto& b) {
+    return std::abs(a.first - diameter_m * 1e3) < std::abs(b.first - diameter_m * 1e3);
+  });
+  return nearest->second * 1e-3;
+}
+
+class Finder {
+ public:
+  Finder(const Product& product, const ContactTolerances& tolerances)
+      : product_(product), tolerances_(tolerances), placed_(place(product)) {
+    for (const Instance& instance : product.instances) {
+      const std::string& body = product.bodies[instance.body].name;
+      nut_.push_back(has_word(instance.name, {"nut", "mutter"}) || has_word(body, {"nut", "mutter"}));
+      const auto words = {"bolt", "screw", "schraube", "stud", "rod", "gewinde", "thread"};
+      fastener_.push_back(nut_.back() || has_word(instance.name, words) || has_word(body, words));
+    }
+  }
+
+  std::vector<Contact> find() {
+    for (std::size_t i = 0; i < placed_.size(); ++i)
+      for (std::size_t j = i + 1; j < placed_.size(); ++j)
+        if (near(placed_[i].box, placed_[j].box, tolerances_.largest_clearance_m)) find_pair(i, j);
+    std::sort(contacts_.begin(), contacts_.end(), [](const Contact& a, const Contact& b) {
+      return std::tuple(a.first, a.second, a.kind, -a.area_m2) <
+             std::tuple(b.first, b.second, b.kind, -b.area_m2);
+    });
+    return std::move(contacts_);
+  }
+
+ private:
+  void find_pair(std::size_t i, std::size_t j) {
+    found_.clear();
+    for (const PlacedFace& a : placed_[i].faces) {
+      if (!near(a.box, placed_[j].box, tolerances_.largest_clearance_m)) continue;
+      for (const PlacedFace& b : placed_[j].faces) {
+        if (!near(a.box, b.box, tolerances_.largest_clearance_m)) continue;
+        if (auto contact = touch(a, b, i, j)) add(std::move(*contact));
+      }
+    }
+    for (Contact& contact : found_) {
+      if (contact.area_m2 < tolerances_.least_area_m2) continue;
+      contact.first = i, contact.second = j;
+      contact.point_W /= contact.area_m2;
+      contacts_.push_back(std::move(contact));
+    }
+  }
+
+  /// Contacts of one kind on one plane or axis are one. `point_W` is summed with the area as weight until then.
+  void add(Contact contact) {
+    contact.point_W *= contact.area_m2;
+    for (Contact& known : found_) {
+      if (known.kind != contact.kind || known.axis_W.cross(contact.axis_W).norm() > kParallel) continue;
+      const Vec3 apart = contact.point_W / contact.area_m2 - known.point_W / known.area_m2;
+      const bool same = contact.kind == ContactKind::other ||
+                        (contact.kind == ContactKind::plane
+                             ? known.axis_W.dot(contact.axis_W) > 0.0 &&
+                                   std::abs(apart.dot(known.axis_W)) < 2.0 * tolerances_.plane_gap_m
+                             : apart.cross(known.axis_W).norm() < 1e-3 &&
+                                   std::abs(known.clearance_m - contact.clearance_m) < 2e-5);
+      if (!same) continue;
+      known.area_m2 += contact.area_m2;
+      known.point_W += contact.point_W;
+      for (const Vec3& n : contact.normals_W) add_normal(known.normals_W, n);
+      return;
+    }
+    found_.push_back(std::move(contact));
+  }
+
+  static void add_normal(std::vector<Vec3>& normals, const Vec3& n) {
+    constexpr double kSame = 0.9998;  // 1 degree
+    for (const Vec3& known : normals)
+      if (known.dot(n) > kSame) return;
+    normals.push_back(n);
+  }
+
+  std::optional<Contact> touch(const PlacedFace& a, const PlacedFace& b, std::size_t i, std::size_t j) const {
+    const SurfaceKind ka = a.face.kind, kb = b.face.kind;
+    if (ka == SurfaceKind::plane && kb == SurfaceKind::plane) return planes(a, b);
+    if (ka == SurfaceKind::cylinder && kb == SurfaceKind::cylinder) return cylinders(a, b, i, j);
+    if (ka == SurfaceKind::helix && kb == SurfaceKind::helix) return helices(a, b);
+    if (ka == SurfaceKind::plane || kb == SurfaceKind::plane) {
+      // A curved surface touches a plane in a line or point, which is no surface.
+      if (ka == SurfaceKind::cylinder || kb == SurfaceKind::cylinder || ka == SurfaceKind::cone ||
+          kb == SurfaceKind::cone || ka == SurfaceKind::sphere || kb == SurfaceKind::sphere)
+        return std::nullopt;
+    }
+    return surfaces(a, b, deflection(i) + deflection(j));
+  }
+
+  double deflection(std::size_t i) const { return product_.bodies[product_.instances[i].body].deflection_m; }
+
+  std::optional<Contact> planes(const PlacedFace& a, const PlacedFace& b) const {
+    const Vec3& n = a.face.axis_B;
+    if (n.dot(b.face.axis_B) > -1.0 + 0.5 * kParallel * kParallel * 100.0) return std::nullopt;
+    const double gap = (b.face.point_B - a.face.point_B).dot(n);
+    if (std::abs(gap) > tolerances_.plane_gap_m) return std::nullopt;
+    const Vec3 x = n.unitOrthogonal(), y = n.cross(x);
+    const auto flat = [&](const Triangle& t) {
+      std::array<Vec2, 3> p;
+      for (std::size_t k = 0; k < 3; ++k) p[k] = Vec2(t[k].dot(x), t[k].dot(y));
+      if (cross2(p[1] - p[0], p[2] - p[0]) < 0.0) std::swap(p[1], p[2]);
+      return p;
+    };
+    std::vector<std::array<Vec2, 3>> others;
+    for (const Triangle& t : b.triangles) others.push_back(flat(t));
+    Contact contact;
+    contact.kind = ContactKind::plane;
+    contact.clearance_m = gap;
+    contact.axis_W = n;
+    contact.normals_W = {n};
+    Vec2 sum = Vec2::Zero();
+    for (const Triangle& t : a.triangles) {
+      const auto one = flat(t);
+      const Vec2 lower = one[0].cwiseMin(one[1]).cwiseMin(one[2]),
+                 upper = one[0].cwiseMax(one[1]).cwiseMax(one[2]);
+      for (const auto& other : others) {
+        if ((other[0].cwiseMin(other[1]).cwiseMin(other[2]).array() > upper.array()).any() ||
+            (other[0].cwiseMax(other[1]).cwiseMax(other[2]).array() < lower.array()).any())
+          continue;
+        Vec2 centre;
+        const double area = common_area(one, other, centre);
+        contact.area_m2 += area;
+        sum += area * centre;
+      }
+    }
+    if (!(contact.area_m2 > tolerances_.least_area_m2 * 0.1)) return std::nullopt;
+    sum /= contact.area_m2;
+    contact.point_W = sum.x() * x + sum.y() * y + a.face.point_B.dot(n) * n;
+    return contact;
+  }
+
+  static constexpr int kAround = 72, kAlong = 24;
+
+  /// Which cells of a grid around and along the axis the face covers.
+  static std::vector<char> covered(const PlacedFace& f, const Vec3& origin, const Vec3& axis, double from,
+                                   double to) {
+    std::vector<char> cells(kAround * kAlong, 0);
+    const Vec3 x = axis.unitOrthogonal(), y = axis.cross(x);
+    for (const Triangle& t : f.triangles) {
+      std::array<Vec2, 3> p;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Vec3 r = t[k] - origin;
+        p[k].x() = std::atan2(r.dot(y), r.dot(x));
+        if (k > 0) p[k].x() = p[0].x() + std::remainder(p[k].x() - p[0].x(), kTurn);
+        p[k].y() = r.dot(axis);
+      }
+      if (cross2(p[1] - p[0], p[2] - p[0]) < 0.0) std::swap(p[1], p[2]);
+      const double lowest = std::min({p[0].x(), p[1].x(), p[2].x()}),
+                   highest = std::max({p[0].x(), p[1].x(), p[2].x()});
+      const int first = static_cast<int>(std::ceil(lowest / kTurn * kAround - 0.5));
+      const int last = static_cast<int>(std::floor(highest / kTurn * kAround - 0.5));
+      for (int u = first; u <= last; ++u) {
+        for (int v = 0; v < kAlong; ++v) {
+          const Vec2 at((u + 0.5) * kTurn / kAround, from + (to - from) * (v + 0.5) / kAlong);
+          bool inside = true;
+          for (std::size_t e = 0; e < 3; ++e)
+            inside = inside && cross2(p[(e + 1) % 3] - p[e], at - p[e]) >= -1e-12;
+          if (inside) cells[static_cast<std::size_t>(((u % kAround) + kAround) % kAround * kAlong + v)] = 1;
+        }
+      }
+    }
+    return cells;
+  }
+
+  /// Of both faces: range along the axis.
+  static std::pair<double, double> range(const PlacedFace& f, const Vec3& origin, const Vec3& axis) {
+    double from = 1e300, to = -1e300;
+    for (const Triangle& t : f.triangles)
+      for (const Vec3& p : t)
+        from = std::min(from, (p - origin).dot(axis)), to = std::max(to, (p - origin).dot(axis));
+    return {from, to};
+  }
+
+  /// The common cells of two faces around one axis: area, centre, and normals of the first face away from the axis
+  /// (`sign` 1) or towards it.
+  std::optional<Contact> around(const PlacedFace& a, const PlacedFace& b, double radius, double sign) const {
+    const Vec3 origin = a.face.point_B, axis = a.face.axis_B;
+    const auto [a_from, a_to] = range(a, origin, axis);
+    const auto [b_from, b_to] = range(b, origin, axis);
+    const double from = std::max(a_from, b_from), to = std::min(a_to, b_to);
+    constexpr double kLeastLength_m = 1e-4;
+    if (to - from < kLeastLength_m) return std::nullopt;
+    const auto first = covered(a, origin, axis, from, to), second = covered(b, origin, axis, from, to);
+    Contact contact;
+    contact.axis_W = axis;
+    const Vec3 x = axis.unitOrthogonal(), y = axis.cross(x);
+    const double cell = kTurn * radius / kAround * (to - from) / kAlong;
+    double along = 0.0;
+    int count = 0;
+    for (int u = 0; u < kAround; ++u) {
+      bool any = false;
+      for (int v = 0; v < kAlong; ++v) {
+        const auto k = static_cast<std::size_t>(u * kAlong + v);
+        if (first[k] == 0 || second[k] == 0) continue;
+        any = true;
+        along += from + (to - from) * (v + 0.5) / kAlong;
+        ++count;
+      }
+      const double angle = (u + 0.5) * kTurn / kAround;
+      if (any && u % (kAround / 24) == 0)
+        contact.normals_W.push_back(sign * (std::cos(angle) * x + std::sin(angle) * y));
+    }
+    if (count == 0) return std::nullopt;
+    contact.area_m2 = cell * count;
+    contact.point_W = origin + along / count * axis;
+    return contact;
+  }
+
+  /// A nut on a bolt, or a screw in a hole, without modelled threads: radii differ by less than the depth of a thread.
+  bool is_cosmetic_thread(std::size_t i, std::size_t j, double clearance, double radius) const {
+    constexpr double kDepth = 0.13, kLoose = 0.02;  // of the radius
+    if (clearance < -kDepth * radius || clearance > kLoose * radius + 1e-5) return false;
+    return nut_[i] != nut_[j] || (clearance < -tolerances_.largest_interference_m);
+  }
+
+  std::optional<Contact> cylinders(const PlacedFace& a, const PlacedFace& b, std::size_t i,
+                                   std::size_t j) const {
+    if (a.face.concave == b.face.concave) return std::nullopt;
+    const bool fasteners = fastener_[i] || fastener_[j];
+    const double clearance =
+        a.face.concave ? a.face.radius_m - b.face.radius_m : b.face.radius_m - a.face.radius_m;
+    const double radius = std::max(a.face.radius_m, b.face.radius_m);
+    const bool fits =
+        clearance <= tolerances_.largest_clearance_m && clearance >= -tolerances_.largest_interference_m;
+    const bool cosmetic = fasteners && is_cosmetic_thread(i, j, clearance, radius);
+    if (!fits && !cosmetic) return std::nullopt;
+    if (!coaxial(a.face, b.face, std::max(std::abs(clearance), 1e-5) + 1e-5)) return std::nullopt;
+    auto contact = around(a, b, std::min(a.face.radius_m, b.face.radius_m), a.face.concave ? -1.0 : 1.0);
+    if (!contact) return std::nullopt;
+    contact->kind = cosmetic ? ContactKind::thread : ContactKind::cylinder_fit;
+    contact->clearance_m = clearance;
+    if (cosmetic)
+      contact->pitch_m = coarse_pitch_m(2.0 * (a.face.concave ? b.face.radius_m : a.face.radius_m));
+    return contact;
+  }
+
+  std::optional<Contact> helices(const PlacedFace& a, const PlacedFace& b) const {
+    const double pitch = a.face.pitch_m;
+    // The sense of a pitch does not depend on the direction of the axis.
+    if (std::abs(pitch - b.face.pitch_m) > 0.02 * std::abs(pitch)) return std::nullopt;
+    if (!coaxial(a.face, b.face, 3e-4)) return std::nullopt;
+    const double radius = std::min(a.face.radius_m, b.face.radius_m);
+    if (std::abs(a.face.radius_m - b.face.radius_m) > std::abs(pitch) * 1.2) return std::nullopt;
+    auto contact = around(a, b, radius, a.face.concave ? -1.0 : 1.0);
+    if (!contact) return std::nullopt;
+    contact->kind = ContactKind::thread;
+    contact->pitch_m = pitch;
+    return contact;
+  }
+
+  std::optional<Contact> surfaces(const PlacedFace& a, const PlacedFace& b, double deflection_m) const {
+    const double gap = tolerances_.surface_gap_m + deflection_m;
+    Contact contact;
+    contact.kind = ContactKind::other;
+    Vec3 sum = Vec3::Zero(), normals = Vec3::Zero();
+    for (const Triangle& t : a.triangles) {
+      const Vec3 n = normal_of(t), centre = (t[0] + t[1] + t[2]) / 3.0;
+      if (((centre - b.box.lower).array() < -gap).any() || ((b.box.upper - centre).array() < -gap).any())
+        continue;
+      for (const Triangle& other : b.triangles) {
+        const Vec3 m = normal_of(other);
+        if (n.dot(m) > -0.9 * n.norm() * m.norm() || distance_to_triangle(centre, other) > gap) continue;
+        const double area = 0.5 * n.norm();
+        contact.area_m2 += area;
+        sum += area * centre;
+        normals += 0.5 * n;
+        if (contact.normals_W.size() < 64) add_normal(contact.normals_W, n.normalized());
+        break;
+      }
+    }
+    if (!(contact.area_m2 > 0.0)) return std::nullopt;
+    contact.point_W = sum / contact.area_m2;
+    const bool axial = a.face.kind == SurfaceKind::cone || a.face.kind == SurfaceKind::torus;
+    contact.axis_W = axial                  ? a.face.axis_B
+                     : normals.norm() > 0.0 ? Vec3(normals.normalized())
+                                            : Vec3::UnitZ();
+    return contact;
+  }
+
+  const Product& product_;
+  const ContactTolerances& tolerances_;
+  const std::vector<PlacedInstance> placed_;
+  std::vector<bool> fastener_, nut_;  ///< by instance: as its name says
+  std::vector<Contact> found_, contacts_;
+};
+
+}  // namespace
+
+std::vector<Contact> find_contacts(const Product& product, const ContactTolerances& tolerances) {
+  return Finder(product, tolerances).find();
+}
+
+}  // namespace takt::product

@@ -1,0 +1,256 @@
+#include "server/product/disassembly.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <set>
+#include <tuple>
+
+#include "idl/common/text.h"
+#include "server/product/removal.h"
+
+namespace takt::product {
+
+namespace {
+
+/// Undercuts that cover less of the shadow give way.
+constexpr double kSnapShare = 0.2;
+constexpr std::size_t kFirstDirections = 6;  ///< those of the world
+
+class Planner {
+ public:
+  explicit Planner(Product& product)
+      : product_(product), removal_(product), threads_(product.instances.size(), 0) {
+    for (const Contact& contact : product.contacts)
+      if (contact.kind == ContactKind::thread) ++threads_[contact.first], ++threads_[contact.second];
+  }
+
+  Disassembly plan() {
+    std::set<std::size_t> all;
+    for (std::size_t i = 0; i < product_.instances.size(); ++i) all.insert(i);
+    result_.base = heaviest(all);
+    take_apart(all, result_.base);
+    result_.order.push_back(result_.base);
+    return std::move(result_);
+  }
+
+ private:
+  double mass(std::size_t i) const { return removal_.placed()[i].mass_kg; }
+
+  std::size_t heaviest(const std::set<std::size_t>& group) const {
+    std::size_t best = *group.begin();
+    for (const std::size_t i : group)
+      if (mass(i) > mass(best)) best = i;
+    return best;
+  }
+
+  /// Takes all but the base out of `group`.
+  void take_apart(std::set<std::size_t> group, std::size_t base) {
+    while (group.size() > 1) {
+      std::optional<RemovalStep> step = next(group, base, false);
+      if (!step) step = next(group, base, true);
+      if (!step) {
+        result_.stuck.emplace_back(group.begin(), group.end());
+        for (const std::size_t i : group)
+          if (i != base) result_.order.push_back(i);
+        return;
+      }
+      std::set<std::size_t> leaving(step->parts.begin(), step->parts.end());
+      for (const std::size_t i : leaving) group.erase(i);
+      result_.steps.push_back(std::move(*step));
+      if (leaving.size() > 1) {
+        const std::size_t own_base = heaviest(leaving);
+        take_apart(leaving, own_base);
+        result_.order.push_back(own_base);
+      } else {
+        result_.order.push_back(*leaving.begin());
+      }
+    }
+  }
+
+  /// What leaves along `d` if `first` does: those that block it leave as well. None if the base would have to, or all.
+  std::optional<std::set<std::size_t>> leaving(std::size_t first, std::size_t d,
+                                               const std::set<std::size_t>& group, std::size_t base,
+                                               std::size_t most) {
+    std::set<std::size_t> moving{first};
+    std::vector<std::size_t> waiting{first};
+    while (!waiting.empty()) {
+      const std::size_t a = waiting.back();
+      waiting.pop_back();
+      for (const std::size_t b : group) {
+        if (moving.contains(b) || !removal_.blocked(a, d, b)) continue;
+        if (b == base || moving.size() >= most) return std::nullopt;
+        moving.insert(b);
+        waiting.push_back(b);
+      }
+    }
+    return moving;
+  }
+
+  std::optional<RemovalStep> next(const std::set<std::size_t>& group, std::size_t base, bool unsnap) {
+    struct Choice {
+      std::tuple<std::size_t, int, int, int, double, std::size_t> rank;
+      std::set<std::size_t> parts;
+      std::size_t direction;
+    };
+    std::optional<Choice> best;
+    for (const bool far : {false, true}) {
+      for (const std::size_t i : group) {
+        if (i == base) continue;
+        for (std::size_t d = 0; d < removal_.directions().size(); ++d) {
+          if (far != is_diagonal(i, d)) continue;
+          const std::size_t most = best ? best->parts.size() : group.size() / 2 + 1;
+          std::optional<std::set<std::size_t>> parts;
+          if (unsnap)
+            parts = snaps(i, d, group) ? std::optional(std::set<std::size_t>{i}) : std::nullopt;
+          else
+            parts = leaving(i, d, group, base, most);
+          if (!parts) continue;
+          double weight = 0.0;
+          int fasteners = 0;
+          for (const std::size_t p : *parts)
+            weight += mass(p), fasteners = std::max(fasteners, threads_[p] > 0 ? 1 : 0);
+          const Vec3& direction = removal_.directions()[d];
+          const int upwards = direction.z() > 0.999 ? 0 : direction.z() < -0.999 ? 2 : 1;
+          Choice choice{
+              {parts->size(), -fasteners, slides(*parts, direction) ? 1 : 0, upwards, weight, i}, *parts, d};
+          if (!best || choice.rank < best->rank) best = std::move(choice);
+        }
+      }
+      if (best) break;
+    }
+    if (!best) return std::nullopt;
+    RemovalStep step;
+    step.parts.assign(best->parts.begin(), best->parts.end());
+    step.direction_W = removal_.directions()[best->direction];
+    describe(step, best->parts, group, unsnap);
+    return step;
+  }
+
+  /// No contact of those that leave opens along `d`.
+  bool slides(const std::set<std::size_t>& parts, const Vec3& d) const {
+    return std::none_of(product_.contacts.begin(), product_.contacts.end(), [&](const Contact& contact) {
+      const bool first = parts.contains(contact.first), second = parts.contains(contact.second);
+      if (first == second) return false;
+      const double along = contact.axis_W.dot(d);
+      return contact.kind == ContactKind::plane ? (first ? -along : along) > 0.999 : std::abs(along) > 0.999;
+    });
+  }
+
+  /// Directions that no contact of the part suggests are tried last.
+  bool is_diagonal(std::size_t i, std::size_t d) const {
+    if (d < kFirstDirections) return false;
+    const Vec3& direction = removal_.directions()[d];
+    return std::none_of(product_.contacts.begin(), product_.contacts.end(), [&](const Contact& contact) {
+      return (contact.first == i || contact.second == i) && contact.axis_W.cross(direction).norm() < 1e-3;
+    });
+  }
+
+  /// Nothing but small undercuts holds the part along `d`, and something does.
+  bool snaps(std::size_t i, std::size_t d, const std::set<std::size_t>& group) {
+    bool held = false;
+    for (const std::size_t b : group) {
+      if (b == i) continue;
+      const double share = removal_.blocked_share(i, d, b);
+      if (share > kSnapShare) return false;
+      held = held || share > 0.0;
+    }
+    return held;
+  }
+
+  void describe(RemovalStep& step, const std::set<std::size_t>& moving, const std::set<std::size_t>& group,
+                bool unsnap) {
+    for (Contact& contact : product_.contacts) {
+      const bool first = moving.contains(contact.first), second = moving.contains(contact.second);
+      if (first == second || !group.contains(first ? contact.second : contact.first)) continue;
+      const std::string& other = product_.instances[first ? contact.second : contact.first].name;
+      const bool along = contact.axis_W.cross(step.direction_W).norm() < 1e-3;
+      if (contact.kind == ContactKind::thread && along && step.loosening != Loosening::unscrew) {
+        step.loosening = Loosening::unscrew;
+        step.reason = "thread of pitch " + rounded(contact.pitch_m * 1e3) + " mm in " + other;
+      } else if (contact.kind == ContactKind::cylinder_fit && contact.clearance_m < 0.0 &&
+                 step.loosening == Loosening::lift) {
+        step.loosening = Loosening::pull;
+        step.reason =
+            "interference of " + rounded(-contact.clearance_m * 1e6) + " um in the radius with " + other;
+      } else if (unsnap && contact.kind == ContactKind::plane) {
+        const double sign = first ? 1.0 : -1.0;
+        if (sign * contact.normals_W[0].dot(step.direction_W) < 0.5) continue;
+        contact.kind = ContactKind::snap;
+      }
+    }
+    if (!unsnap) return;
+    step.loosening = Loosening::unsnap;
+    if (step.reason.empty()) step.reason = "a small undercut holds it";
+  }
+
+  static std::string rounded(double value) {
+    char text[32];
+    std::snprintf(text, sizeof(text), "%.3g", value);
+    return text;
+  }
+
+  Product& product_;
+  Removal removal_;
+  std::vector<int> threads_;  ///< by instance: number of threads
+  Disassembly result_;
+};
+
+}  // namespace
+
+Disassembly take_apart(Product& product) {
+  return Planner(product).plan();
+}
+
+Hierarchy hierarchy(const Product& product, const Disassembly& plan) {
+  Hierarchy result;
+  result.numbers.assign(product.instances.size(), 1);
+  std::vector<std::size_t> position(product.instances.size(), 0);
+  for (std::size_t k = 0; k < plan.order.size(); ++k) position[plan.order[k]] = k;
+  for (const std::size_t i : plan.order) {
+    bool held = i == plan.base;
+    for (const Contact& contact : product.contacts) {
+      if (contact.first != i && contact.second != i) continue;
+      const std::size_t other = contact.first == i ? contact.second : contact.first;
+      if (position[other] < position[i])
+        result.numbers[i] = std::max(result.numbers[i], result.numbers[other] + 1);
+      else
+        held = true;
+    }
+    if (!held) result.floating.push_back(i);
+  }
+  return result;
+}
+
+const char* to_string(Loosening loosening) {
+  switch (loosening) {
+    case Loosening::unscrew:
+      return "unscrew";
+    case Loosening::pull:
+      return "pull";
+    case Loosening::unsnap:
+      return "unsnap";
+    case Loosening::lift:
+      break;
+  }
+  return "lift";
+}
+
+const char* to_string(ContactKind kind) {
+  switch (kind) {
+    case ContactKind::plane:
+      return "plane";
+    case ContactKind::cylinder_fit:
+      return "cylinder_fit";
+    case ContactKind::thread:
+      return "thread";
+    case ContactKind::snap:
+      return "snap";
+    case ContactKind::other:
+      break;
+  }
+  return "other";
+}
+
+}  // namespace takt::product

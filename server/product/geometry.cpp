@@ -1,0 +1,43 @@
+#include "server/product/geometry.h"
+
+namespace takt::product {
+
+std::vector<PlacedInstance> place(const Product& product) {
+  std::vector<PlacedInstance> placed;
+  for (const Instance& instance : product.instances) {
+    const Body& body = product.bodies[instance.body];
+    PlacedInstance result;
+    result.mass_kg = body.material.density_kg_m3 * body.exact.volume;
+    std::vector<PlacedFace> faces(body.faces.size());
+    for (std::size_t f = 0; f < faces.size(); ++f) {
+      faces[f].face = body.faces[f];
+      faces[f].face.point_B = instance.X_WB * body.faces[f].point_B;
+      faces[f].face.axis_B = instance.X_WB.R * body.faces[f].axis_B;
+    }
+    std::vector<Vec3> vertices;
+    BoxBuilder box;
+    for (const Vec3& vertex : body.mesh.vertices) {
+      vertices.push_back(instance.X_WB * vertex);
+      box.add(vertices.back());
+    }
+    result.box = box.box;
+    for (std::size_t i = 0; i < body.mesh.triangles.size(); ++i) {
+      const auto& t = body.mesh.triangles[i];
+      result.triangles.push_back({vertices[t[0]], vertices[t[1]], vertices[t[2]]});
+      const int face = i < body.triangle_faces.size() ? body.triangle_faces[i] : -1;
+      if (face >= 0) faces[static_cast<std::size_t>(face)].triangles.push_back(result.triangles.back());
+    }
+    for (PlacedFace& face : faces) {
+      if (face.triangles.empty()) continue;
+      BoxBuilder of_face;
+      for (const Triangle& t : face.triangles)
+        for (const Vec3& p : t) of_face.add(p);
+      face.box = of_face.box;
+      result.faces.push_back(std::move(face));
+    }
+    placed.push_back(std::move(result));
+  }
+  return placed;
+}
+
+}  // namespace takt::product

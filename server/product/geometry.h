@@ -1,0 +1,49 @@
+#pragma once
+// Instances of a product in the world: triangles by face, boxes.
+#include <array>
+#include <vector>
+
+#include "server/geometry/aabb.h"
+#include "server/product/product.h"
+
+namespace takt::product {
+
+using Triangle = std::array<Vec3, 3>;
+
+inline Vec3 normal_of(const Triangle& t) {
+  return (t[1] - t[0]).cross(t[2] - t[0]);
+}  ///< twice the area long
+
+/// A face where its instance is.
+struct PlacedFace {
+  Face face;  ///< axis and point in the world
+  std::vector<Triangle> triangles;
+  Aabb box;
+};
+
+/// An instance where it is.
+struct PlacedInstance {
+  std::vector<Triangle> triangles;  ///< of the whole mesh, in its order
+  std::vector<PlacedFace> faces;    ///< those with triangles
+  Aabb box;
+  double mass_kg = 0.0;
+};
+
+std::vector<PlacedInstance> place(const Product& product);
+
+/// Box around points; grows. Starts empty.
+struct BoxBuilder {
+  Aabb box;
+  bool any = false;
+  void add(const Vec3& p) {
+    box.lower = any ? box.lower.cwiseMin(p).eval() : p;
+    box.upper = any ? box.upper.cwiseMax(p).eval() : p;
+    any = true;
+  }
+};
+
+inline bool near(const Aabb& a, const Aabb& b, double gap_m) {
+  return ((a.lower - b.upper).array() <= gap_m).all() && ((b.lower - a.upper).array() <= gap_m).all();
+}
+
+}  // namespace takt::product

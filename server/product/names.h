@@ -1,0 +1,22 @@
+#pragma once
+// Names and materials of a product's bodies.
+#include <map>
+#include <string>
+#include <vector>
+
+#include "server/product/product.h"
+
+namespace takt::product {
+
+/// A name as a key of a scenario: letters, digits and `_`, beginning with a letter.
+std::string key_of(const std::string& name);
+
+/// Appends _2, _3 and so on to names that are there already.
+void make_names_unique(std::vector<Instance>& instances);
+
+/// The material that a file states (density 0: without), completed by `densities` (kg/m^3; by name of a material or body;
+/// "*": any), a table of usual materials, or else steel. What is not stated is marked as assumed.
+Material material_of(const std::string& stated, const std::string& body, double density_kg_m3,
+                     const std::map<std::string, double>& densities);
+
+}  // namespace takt::product

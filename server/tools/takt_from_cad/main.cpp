@@ -1,0 +1,249 @@
+// takt-from-cad: a STEP file as a running cell. Reads the product, finds what touches what, the order of disassembly and the
+// hierarchy, and writes meshes and a scenario.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+#include <iostream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "idl/command_line/numbers.h"
+#include "server/cad/step_reader.h"
+#include "server/product/cell_writer.h"
+#include "server/product/contacts.h"
+#include "server/product/disassembly.h"
+
+namespace takt {
+namespace {
+
+constexpr int kUsage = 2;
+
+struct Arguments {
+  std::string file, directory, up = "z";
+  double deflection_mm = 0.1, scale = 1.0;
+  std::vector<std::string> densities;
+  bool json = false, list = false;
+};
+
+nlohmann::json numbers(const Vec3& v) {
+  return {v.x(), v.y(), v.z()};
+}
+
+std::map<std::string, double> densities_of(const std::vector<std::string>& texts) {
+  std::map<std::string, double> densities;
+  for (const std::string& text : texts) {
+    const std::size_t at = text.rfind('=');
+    const std::string problem =
+        at == std::string::npos ? "no '='" : command_line::positive()(text.substr(at + 1));
+    if (!problem.empty())
+      throw std::runtime_error("--density: found '" + text + "' (" + problem +
+                               "); allowed: NAME=KG_PER_M3, e.g. Housing=2700 or '*=7850'");
+    densities[text.substr(0, at)] = std::stod(text.substr(at + 1));
+  }
+  return densities;
+}
+
+/// Turns the product so that its axis `up` becomes world z, and scales it.
+void orient(product::Product& product, const std::string& up, double scale) {
+  Mat3 R = Mat3::Identity();
+  const std::map<std::string, Vec3> axes{{"z", Vec3(0, 0, 1)}, {"-z", Vec3(0, 0, -1)},
+                                         {"y", Vec3(0, 1, 0)}, {"-y", Vec3(0, -1, 0)},
+                                         {"x", Vec3(1, 0, 0)}, {"-x", Vec3(-1, 0, 0)}};
+  const Vec3& z = axes.at(up);
+  if (up != "z") {
+    R.row(2) = z.transpose();
+    R.row(0) = (std::abs(z.x()) > 0.5 ? Vec3(0, 1, 0) : Vec3(1, 0, 0)).transpose();
+    R.row(1) = z.cross(R.row(0).transpose()).transpose();
+  }
+  for (product::Instance& instance : product.instances)
+    instance.X_WB = {R * instance.X_WB.R, R * instance.X_WB.p * scale};
+  if (scale == 1.0) return;
+  for (product::Body& body : product.bodies) {
+    for (Vec3& v : body.mesh.vertices) v *= scale;
+    for (product::Face& face : body.faces)
+      face.point_B *= scale, face.radius_m *= scale, face.pitch_m *= scale, face.area_m2 *= scale * scale;
+    body.exact.volume *= scale * scale * scale;
+    body.exact.p_BBcm *= scale;
+    body.exact.G_BBcm_B *= scale * scale;
+    body.deflection_m *= scale;
+  }
+}
+
+void note_size(product::Product& product) {
+  double size = 0.0;
+  for (const product::Instance& instance : product.instances)
+    for (const Vec3& v : product.bodies[instance.body].mesh.vertices)
+      size = std::max(size, (instance.X_WB * v).cwiseAbs().maxCoeff());
+  if (size > 3.0)
+    product.notes.push_back(
+        "a point of the product is " + std::to_string(size) +
+        " m from its origin: is the unit of the file right? --scale 0.03937 makes inches to mm");
+}
+
+nlohmann::json description(const product::Product& product, const product::Disassembly* plan,
+                           const product::Hierarchy* hierarchy) {
+  nlohmann::json result{{"name", product.name}, {"source", product.source}, {"notes", product.notes}};
+  for (std::size_t i = 0; i < product.instances.size(); ++i) {
+    const product::Instance& instance = product.instances[i];
+    const product::Body& body = product.bodies[instance.body];
+    const Quat q = instance.X_WB.quaternion();
+    nlohmann::json part{{"name", instance.name},
+                        {"path", instance.path},
+                        {"body", instance.body},
+                        {"position_m", numbers(instance.X_WB.p)},
+                        {"quaternion_xyzw", {q.x(), q.y(), q.z(), q.w()}},
+                        {"volume_m3", body.exact.volume},
+                        {"center_of_mass_m", numbers(instance.X_WB * body.exact.p_BBcm)},
+                        {"mass_kg", body.exact.volume * body.material.density_kg_m3},
+                        {"material", body.material.name},
+                        {"density_kg_m3", body.material.density_kg_m3},
+                        {"density_assumed", body.material.assumed},
+                        {"faces", body.faces.size()},
+                        {"triangles", body.mesh.triangles.size()}};
+    if (body.colour) part["color"] = *body.colour;
+    if (hierarchy != nullptr) part["hierarchy"] = hierarchy->numbers[i];
+    result["parts"].push_back(std::move(part));
+  }
+  if (plan == nullptr) return result;
+  const auto name = [&](std::size_t i) { return product.instances[i].name; };
+  const auto advice = product::level_advice(product);
+  result["contacts"] = nlohmann::json::array();
+  for (std::size_t i = 0; i < product.contacts.size(); ++i) {
+    const product::Contact& contact = product.contacts[i];
+    nlohmann::json one{{"parts", {name(contact.first), name(contact.second)}},
+                       {"kind", product::to_string(contact.kind)},
+                       {"area_m2", contact.area_m2},
+                       {"clearance_m", contact.clearance_m},
+                       {"axis", numbers(contact.axis_W)},
+                       {"point_m", numbers(contact.point_W)},
+                       {"level_of_detail", advice[i].level}};
+    if (contact.kind == product::ContactKind::thread) one["pitch_m"] = contact.pitch_m;
+    if (!advice[i].reason.empty()) one["reason"] = advice[i].reason;
+    result["contacts"].push_back(std::move(one));
+  }
+  result["base"] = name(plan->base);
+  result["disassembly"] = nlohmann::json::array();
+  for (const product::RemovalStep& step : plan->steps) {
+    nlohmann::json one{{"loosening", product::to_string(step.loosening)},
+                       {"direction", numbers(step.direction_W)}};
+    for (const std::size_t i : step.parts) one["parts"].push_back(name(i));
+    if (!step.reason.empty()) one["reason"] = step.reason;
+    result["disassembly"].push_back(std::move(one));
+  }
+  result["stuck"] = nlohmann::json::array();
+  for (const auto& group : plan->stuck) {
+    nlohmann::json names;
+    for (const std::size_t i : group) names.push_back(name(i));
+    result["stuck"].push_back(std::move(names));
+  }
+  return result;
+}
+
+void print_parts(const product::Product& product, const product::Hierarchy* hierarchy) {
+  std::size_t width = 4;
+  for (const product::Instance& instance : product.instances) width = std::max(width, instance.name.size());
+  std::printf("%-*s  %12s  %10s  %-16s  %s%s\n", static_cast<int>(width), "part", "volume cm3", "mass kg",
+              "material", hierarchy != nullptr ? "hierarchy  " : "", "in the file");
+  for (std::size_t i = 0; i < product.instances.size(); ++i) {
+    const product::Instance& instance = product.instances[i];
+    const product::Body& body = product.bodies[instance.body];
+    std::printf("%-*s  %12.6g  %10.5g  %-16s  ", static_cast<int>(width), instance.name.c_str(),
+                body.exact.volume * 1e6, body.exact.volume * body.material.density_kg_m3,
+                body.material.name.c_str());
+    if (hierarchy != nullptr) std::printf("%9d  ", hierarchy->numbers[i]);
+    std::printf("%s\n", instance.path.c_str());
+  }
+}
+
+int run(const Arguments& a) {
+  cad::StepOptions options;
+  options.deflection_m = a.deflection_mm * 1e-3;
+  options.densities = densities_of(a.densities);
+  product::Product product = cad::read_step(a.file, options);
+  orient(product, a.up, a.scale);
+  note_size(product);
+  if (a.list) {
+    if (a.json)
+      std::cout << description(product, nullptr, nullptr).dump(2) << '\n';
+    else
+      print_parts(product, nullptr);
+    for (const std::string& note : product.notes) std::cerr << "takt-from-cad: note: " << note << '\n';
+    return 0;
+  }
+  product.contacts = product::find_contacts(product);
+  const product::Disassembly plan = product::take_apart(product);
+  const product::Hierarchy hierarchy = product::hierarchy(product, plan);
+  const product::CellFiles files = product::write_cell(product, plan, hierarchy, a.directory);
+  for (const std::string& note : files.notes) std::cerr << "takt-from-cad: note: " << note << '\n';
+  if (a.json) {
+    nlohmann::json result = description(product, &plan, &hierarchy);
+    result["scenario"] = files.scenario.string();
+    std::cout << result.dump(2) << '\n';
+    return 0;
+  }
+  print_parts(product, &hierarchy);
+  std::printf("\n%zu contacts; base: %s. Order of disassembly:\n", product.contacts.size(),
+              product.instances[plan.base].name.c_str());
+  int count = 0;
+  for (const product::RemovalStep& step : plan.steps) {
+    std::printf("%4d  %-8s", ++count, product::to_string(step.loosening));
+    for (const std::size_t i : step.parts) std::printf(" %s", product.instances[i].name.c_str());
+    const Vec3 d = step.direction_W + Vec3::Zero();
+    std::printf("  along (%.3g, %.3g, %.3g)%s%s\n", d.x(), d.y(), d.z(), step.reason.empty() ? "" : ": ",
+                step.reason.c_str());
+  }
+  for (const auto& group : plan.stuck) {
+    std::printf("      no straight motion parts");
+    for (const std::size_t i : group) std::printf(" %s", product.instances[i].name.c_str());
+    std::printf("\n");
+  }
+  std::printf("\n%s\nRun it: takt-run run %s\n", files.scenario.c_str(), files.scenario.c_str());
+  return 0;
+}
+
+int main_of(int argc, char** argv) {
+  CLI::App app{
+      "Makes a cell from a STEP file: parts, meshes, contacts, hierarchy, order of disassembly, scenario."};
+  app.name("takt-from-cad");
+  app.set_version_flag("--version", std::string(TAKT_VERSION));
+  Arguments a;
+  app.add_option("PRODUCT", a.file, "STEP file (AP203, AP214, AP242)")->required();
+  auto* directory = app.add_option("-o,--output", a.directory, "directory for the scenario and its meshes");
+  auto* list = app.add_flag("--list", a.list, "print the parts alone; write nothing");
+  directory->excludes(list);
+  app.add_option("--deflection", a.deflection_mm, "largest distance of mesh and surface (mm)")
+      ->check(command_line::number_from(1e-4, 10.0))
+      ->capture_default_str();
+  app.add_option("--density", a.densities,
+                 "density of a material or part; '*' for all that the file gives none")
+      ->option_text("NAME=KG_PER_M3 ...")
+      ->type_size(1)
+      ->allow_extra_args(false);
+  app.add_option("--up", a.up, "axis of the product that points upwards in the cell")
+      ->check(CLI::IsMember({"x", "-x", "y", "-y", "z", "-z"}))
+      ->capture_default_str();
+  app.add_option("--scale", a.scale, "factor for all lengths, of a file that states a wrong unit")
+      ->check(command_line::positive())
+      ->capture_default_str();
+  app.add_flag("--json", a.json, "print the result as JSON");
+  app.footer("\nExample:\n  takt-from-cad gearbox.step -o gearbox && takt-run run gearbox/gearbox.yaml");
+  try {
+    app.parse(argc, argv);
+    if (!a.list && a.directory.empty()) throw CLI::RequiredError("-o,--output (or --list)");
+    return run(a);
+  } catch (const CLI::ParseError& error) {
+    const int code = app.exit(error);
+    return code == 0 ? 0 : kUsage;
+  } catch (const std::exception& error) {
+    std::cerr << "takt-from-cad: " << error.what() << '\n';
+    return kUsage;
+  }
+}
+
+}  // namespace
+}  // namespace takt
+
+int main(int argc, char** argv) {
+  return takt::main_of(argc, argv);
+}
