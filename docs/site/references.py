@@ -109,22 +109,33 @@ def python_api(folder):
         return "\n".join(lines + ["This build of the site had no Python package: `./dev docs` builds it first.", ""])
     sys.path.insert(0, str(folder))
     takt = importlib.import_module("takt")
+    undocumented = []
+
+    def documented(name, value):
+        if not inspect.getdoc(value):
+            undocumented.append(name)
+
     for name in sorted(name for name in dir(takt) if not name.startswith("_")):
         value = getattr(takt, name)
-        if inspect.ismodule(value):
+        if not getattr(value, "__module__", "").startswith("takt"):
             continue
         if not inspect.isclass(value):
             if callable(value):
+                documented(name, value)
                 lines += [f"## {name}", "", *entry(name, value), ""]
             continue
         if is_message(value):
             continue
+        documented(name, value)
         lines += [f"## {name}", "", inspect.getdoc(value) or "", ""]
         for member in sorted(vars(value)):
             attribute = getattr(value, member)
             if member.startswith("_") or not (callable(attribute) or isinstance(vars(value)[member], property)):
                 continue
+            documented(f"{name}.{member}", vars(value)[member])
             lines += [f"### {name}.{member}", "", *entry(f"{name}.{member}", attribute, vars(value)[member]), ""]
+    if undocumented:
+        raise ReferenceError(f"these names of the Python package have no docstring: {', '.join(undocumented)}")
     return "\n".join(lines)
 
 
