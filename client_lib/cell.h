@@ -26,14 +26,14 @@ using takt_msgs::msg::RobotState;
 /// The description, constant until the server loads another scenario.
 struct CellInfo : takt_msgs::msg::CellDescription {
   CellInfo() = default;
+  /// The description of a message, with the names of its elements.
   explicit CellInfo(takt_msgs::msg::CellDescription description)
       : CellDescription(std::move(description)), lists(named_lists<CellDescription>(*this)) {}
 
-  /// Index by name, or -1.
-  int find_component(std::string_view name) const;
-  int find_robot(std::string_view name) const;
-  int find_gripper(std::string_view name) const;
-  int find_device(std::string_view name) const;
+  int find_component(std::string_view name) const;  ///< index by name, or -1
+  int find_robot(std::string_view name) const;      ///< index by name, or -1
+  int find_gripper(std::string_view name) const;    ///< index by name, or -1
+  int find_device(std::string_view name) const;     ///< index by name, or -1
   /// Name of a component; empty for an invalid index.
   std::string component_name(int index) const;
 
@@ -51,10 +51,10 @@ struct Sample : Type {
 
 /// One instant of the cell. The functions that take a name throw ClientError (not_found) with the names there are.
 struct State : Sample<takt_msgs::msg::CellState> {
-  const ComponentState& component(std::string_view name) const;
-  const RobotState& robot(std::string_view name) const;
-  const GripperState& gripper(std::string_view name) const;
-  const DeviceState& device(std::string_view name) const;
+  const ComponentState& component(std::string_view name) const;  ///< pose, motion and holder of a component
+  const RobotState& robot(std::string_view name) const;          ///< joints of a robot
+  const GripperState& gripper(std::string_view name) const;      ///< jaws of a gripper
+  const DeviceState& device(std::string_view name) const;        ///< signals of a device, in their order
   /// Signals of a device by name.
   std::map<std::string, double> signals(std::string_view device) const;
   /// Name of the component that holds `name`; empty for a free component.
@@ -63,6 +63,7 @@ struct State : Sample<takt_msgs::msg::CellState> {
   std::string part_present(std::string_view name) const;
 };
 
+/// Something that happened in the cell; docs/events.md lists the codes.
 struct Event : Sample<takt_msgs::msg::Event> {
   std::uint64_t missed_before = 0;  ///< events lost directly before this one
 };

@@ -37,6 +37,7 @@ using Seconds = std::chrono::duration<double>;
 /// An error of the client: a whole sentence (what()), a kind, and for a request the result code of the server.
 class ClientError : public std::runtime_error {
  public:
+  /// Where the error arose.
   enum class Kind {
     timeout,    ///< no answer within the time allowed
     not_found,  ///< no such cell, robot, gripper or component
@@ -45,8 +46,10 @@ class ClientError : public std::runtime_error {
     lost,       ///< the server went away
     transport,  ///< DDS could not do what it was asked to
   };
+  /// An error of this kind with its sentence.
   ClientError(Kind kind, const std::string& sentence, std::optional<ControlResult> result = {})
       : std::runtime_error(sentence), kind_(kind), result_(result) {}
+  /// Where the error arose.
   Kind kind() const { return kind_; }
   /// Result of the server's reply (docs/requests.md lists those of each request); nothing when the error did
   /// not come from the server.
@@ -57,6 +60,7 @@ class ClientError : public std::runtime_error {
   std::optional<ControlResult> result_;
 };
 
+/// How a client finds its cell, and how long its calls wait.
 struct ClientOptions {
   std::string cell = default_cell();  ///< name of the server
   int domain = default_domain();      ///< DDS domain, 0..232
@@ -82,9 +86,10 @@ struct ClientOptions {
   static std::string default_secure_directory();  ///< environment TAKT_SECURE, else none
 };
 
+/// The reply to a request that is named by a text.
 struct Reply {
   std::string message;  ///< a whole sentence
-  Arguments values;
+  Arguments values;     ///< the fields of the response by name
   /// A value as text, e.g. "0.5"; empty for an unknown name.
   std::string text(std::string_view name) const;
 };
@@ -92,18 +97,20 @@ struct Reply {
 /// The response to a request (docs/requests.md), with the sentence of the server.
 template <Request Type>
 struct Answer : ResponseOf<Type> {
-  std::string message{};
+  std::string message{};  ///< a whole sentence
 };
 
 /// Why a component is held as it is.
 using PartExplanation = requests::ExplainPartResponse;
 
+/// Options of Client::load_scenario.
 struct LoadOptions {
   std::vector<std::string> overrides;  ///< KEY=VALUE, e.g. solver.step_s=0.0005
   std::optional<int> level_of_detail;  ///< of every process
   std::optional<Seconds> timeout;      ///< large meshes take their time
 };
 
+/// A client of one running cell: commands, requests and the newest samples.
 class Client {
  public:
   /// Joins the domain and waits until the cell has sent its description and status. Throws ClientError:
@@ -219,9 +226,13 @@ class Client {
   Reply request(const std::string& name, const std::map<std::string, std::string>& arguments = {},
                 std::optional<Seconds> timeout = {});
 
+  /// Whether the simulation plays, is paused or stopped.
   SimulationState get_state() { return call(requests::GetState{}).state; }
+  /// Plays, pauses or stops; stopping resets the simulation.
   void set_state(SimulationState state) { call(requests::SetState{state}); }
+  /// Lets the simulation run at its pace.
   void play() { set_state(SimulationState::playing); }
+  /// Holds the simulation at the present step.
   void pause() { set_state(SimulationState::paused); }
   /// Advances a paused simulation by this many steps and returns when they are done.
   void step(std::uint64_t steps = 1, std::optional<Seconds> timeout = {}) {
@@ -248,6 +259,7 @@ class Client {
                                                            const std::vector<std::string>& targets) {
     return call(requests::RegisterController{name, period.count(), command_timeout.count(), targets});
   }
+  /// Ends register_controller(): the simulation does not wait for this controller.
   void unregister_controller(const std::string& name) { call(requests::UnregisterController{name}); }
   /// Explains why a Part is free, grasped, placed or assembled: its holder, the rule, the time of the last change, and
   /// the components that it touches. For a Gripper or Ground: the Parts that it holds. The server answers between two
@@ -293,9 +305,11 @@ class Client {
   void set_entity_state(const requests::SetEntityState& wanted) { call(wanted); }
   /// Attaches a Part to the component `to` until detach(), independent of contacts.
   void attach(const std::string& part, const std::string& to) { call(requests::Attach{part, to}); }
+  /// Ends attach(); contacts decide again.
   void detach(const std::string& part) { call(requests::Detach{part}); }
-  /// NAME.SIGNAL of a device, gripper or robot.
+  /// Fixes NAME.SIGNAL of a device, gripper or robot to a value until release_signal().
   void force_signal(const std::string& signal, double value) { call(requests::ForceSignal{signal, value}); }
+  /// Ends force_signal().
   void release_signal(const std::string& signal) { call(requests::ReleaseSignal{signal}); }
 
   /// The whole state of the simulation, under a name, in a file of the server.
@@ -311,6 +325,7 @@ class Client {
   Answer<requests::StartRecording> start_recording(const std::string& name) {
     return call(requests::StartRecording{name});
   }
+  /// Closes the file of start_recording(); the answer has its path and the number of steps.
   Answer<requests::StopRecording> stop_recording() { return call(requests::StopRecording{}); }
 
  private:
@@ -333,8 +348,9 @@ class Client {
   std::unique_ptr<Impl> impl_;
 };
 
+/// A cell that list_cells() has found.
 struct FoundCell {
-  std::string name;
+  std::string name;              ///< of the server
   std::optional<Status> status;  ///< empty: the cell is announced, but its status has not arrived
   int servers = 1;  ///< above 1 is a mistake: all of them answer; `status` comes from one of them
 };

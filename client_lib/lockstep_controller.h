@@ -24,6 +24,7 @@
 
 namespace takt {
 
+/// What a LockstepController commands, and how often.
 struct LockstepOptions {
   std::vector<std::string>
       targets;                      ///< robots, grippers, devices that this controller commands; at least one
@@ -35,6 +36,7 @@ struct LockstepOptions {
   bool start = true;  ///< set the cell to lockstep and playing; false: another client does
 };
 
+/// Commands robots, grippers and devices at each boundary of simulated time; the cell waits for the commands.
 class LockstepController {
  public:
   /// Registers, and returns at the first boundary from the present instant on. `cell` must outlive this.
@@ -52,6 +54,7 @@ class LockstepController {
   const State& state() const { return state_; }
   /// Simulated time of the present boundary, s.
   double time_s() const { return time_s_; }
+  /// Simulated time between two boundaries, s.
   double period_s() const { return options_.period_s; }
 
   /// Set-point of the robot one period later: positions, velocities (empty: standstill) and efforts (as

@@ -25,11 +25,13 @@ namespace takt {
 
 /// Joints and flange of a robot as the cell describes it. Throws MotionError for more than kMaxJoints joints.
 ArmModel arm_model(const takt_msgs::msg::RobotDescription& robot);
+/// The pose of a message.
 Pose pose_of(const takt_msgs::msg::Transform& transform);
-/// Pose and the type of <takt/eigen.h>; no number changes its bits.
+/// From the type of <takt/eigen.h>; no number changes its bits.
 inline Pose pose_of(const Eigen::Isometry3d& X) {
   return {X.linear(), X.translation()};
 }
+/// To the type of <takt/eigen.h>; no number changes its bits.
 inline Eigen::Isometry3d isometry_of(const Pose& X) {
   Eigen::Isometry3d made = Eigen::Isometry3d::Identity();
   made.linear() = X.R;
@@ -37,6 +39,7 @@ inline Eigen::Isometry3d isometry_of(const Pose& X) {
   return made;
 }
 
+/// Kinematics of one robot, and motions that it can follow.
 class Arm {
  public:
   /// X_WR: base in the world; X_FT: TCP in the flange frame.
@@ -45,9 +48,9 @@ class Arm {
   /// the names that exist, and for a gripper that another robot carries.
   Arm(const takt_msgs::msg::CellDescription& cell, std::string_view robot, std::string_view gripper = {});
 
-  const std::string& name() const { return name_; }
-  const ArmModel& model() const { return *model_; }
-  int joint_count() const { return model_->joint_count(); }
+  const std::string& name() const { return name_; }          ///< of the robot
+  const ArmModel& model() const { return *model_; }          ///< joints and flange
+  int joint_count() const { return model_->joint_count(); }  ///< length of joint positions
 
   /// Pose of the TCP in the world. Positions outside the joints' ranges are allowed.
   Pose forward_kinematics(std::span<const double> positions) const;
@@ -69,15 +72,16 @@ class Arm {
   std::vector<TrajectoryPoint> plan_line(std::span<const double> from, const Pose& X_WT,
                                          const LineOptions& options = {}, double period_s = kPeriod_s) const;
 
-  /// The same motions, for a caller that samples them itself. The Arm must outlive them.
+  /// The motion of plan_joint_move(), for a caller that samples it itself. The Arm must outlive it.
   JointMotion joint_motion(const JointArray& from, const JointArray& to, const JointMotionOptions& options,
                            double period_s) const {
     return {*model_, from, to, options, period_s};
   }
+  /// The motion of plan_line().
   LineMotion line_motion(const JointArray& from, const Pose& X_WT, const LineOptions& options,
                          double period_s) const;
 
-  static constexpr double kPeriod_s = 0.008;
+  static constexpr double kPeriod_s = 0.008;  ///< between two points of a motion, unless given
 
  private:
   JointArray joints(std::span<const double> values) const;

@@ -12,10 +12,12 @@ namespace takt {
 /// A pose counts as reached within these. About a thousand times what double precision gives for arms of some
 /// metres.
 inline constexpr double kIkPositionTolerance_m = 1e-12;
+/// See kIkPositionTolerance_m.
 inline constexpr double kIkRotationTolerance_rad = 1e-12;
 
+/// Joint positions for a pose, or the best attempt.
 struct IkSolution {
-  bool found = false;
+  bool found = false;               ///< both residuals are within the tolerances
   JointArray q{};                   ///< where found, within the joint limits; otherwise the best attempt
   double position_error_m = 0.0;    ///< residual
   double rotation_error_rad = 0.0;  ///< residual

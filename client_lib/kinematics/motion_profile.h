@@ -11,12 +11,14 @@ namespace takt {
 
 /// Largest speed and acceleration of the path coordinate (1/s and 1/s^2); infinite where nothing limits.
 struct ProfileLimits {
-  double speed = 0.0;
-  double acceleration = 0.0;
+  double speed = 0.0;         ///< 1/s
+  double acceleration = 0.0;  ///< 1/s^2
 };
 
+/// A path coordinate over time, from rest to rest.
 class MotionProfile {
  public:
+  /// The path coordinate and its derivatives at an instant.
   struct Sample {
     double s = 0.0;             ///< path coordinate, exactly 1 at the end
     double speed = 0.0;         ///< ds/dt, 1/s
@@ -31,6 +33,7 @@ class MotionProfile {
   static std::optional<MotionProfile> lasting(double duration_s, const ProfileLimits& limits,
                                               double period_s);
 
+  /// From the start to the end, s.
   double duration_s() const { return duration_s_; }
   /// Number of the last period; the motion begins at period 0.
   long periods() const { return periods_; }

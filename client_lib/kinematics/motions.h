@@ -30,22 +30,26 @@ class ShapeError : public MotionError {
 /// How far a velocity may exceed its limit by rounding alone, as a factor.
 inline constexpr double kSpeedRounding = 1.0 + 1e-9;
 
+/// Limits of a joint motion.
 struct JointMotionOptions {
   double speed = 0.5;                    ///< fraction of every joint's own limit, (0, 1]
   double acceleration_rad_per_s2 = 2.0;  ///< of every joint; m/s^2 for prismatic joints
   double duration_s = 0.0;               ///< 0: as fast as the limits allow
 };
 
+/// Limits of a straight line.
 struct LineOptions {
-  double speed_m_per_s = 0.2;
-  double acceleration_m_per_s2 = 0.5;
-  double rotation_speed_rad_per_s = 0.5;
-  double rotation_acceleration_rad_per_s2 = 1.0;
-  double duration_s = 0.0;  ///< 0: as fast as the limits allow
+  double speed_m_per_s = 0.2;                     ///< of the TCP
+  double acceleration_m_per_s2 = 0.5;             ///< of the TCP
+  double rotation_speed_rad_per_s = 0.5;          ///< of the orientation of the TCP
+  double rotation_acceleration_rad_per_s2 = 1.0;  ///< of the orientation of the TCP
+  double duration_s = 0.0;                        ///< 0: as fast as the limits allow
 };
 
+/// Set-point of all joints.
 struct ArmSetPoint {
-  JointArray position{}, velocity{};
+  JointArray position{};  ///< rad, m
+  JointArray velocity{};  ///< rad/s, m/s
 };
 
 /// Throws where a position is outside the limits of its joint; names joint, value and range.
@@ -57,9 +61,11 @@ std::string to_text(const Pose& X);
 /// All joints start and stop together.
 class JointMotion {
  public:
+  /// The fastest motion within the options and the limits of the joints, or one of the given duration.
   JointMotion(const ArmModel& arm, const JointArray& from, const JointArray& to,
               const JointMotionOptions& options, double period_s);
-  long periods() const { return profile_.periods(); }
+  long periods() const { return profile_.periods(); }  ///< number of the last period
+  /// Set-point at the end of period k.
   void evaluate(long k, ArmSetPoint& set_point) const;
 
  private:
@@ -76,7 +82,7 @@ class LineMotion {
   /// X_RT_end: target of the TCP. `from` are the joint positions at the start.
   LineMotion(const ArmModel& arm, const Pose& X_FT, const JointArray& from, const Pose& X_RT_end,
              const LineOptions& options, double period_s);
-  long periods() const { return profile_.periods(); }
+  long periods() const { return profile_.periods(); }  ///< number of the last period
   /// Set-point at the end of period k, by Newton's method from the set-point given (that of an earlier
   /// period).
   void evaluate(long k, ArmSetPoint& set_point) const;

@@ -8,8 +8,11 @@ namespace takt {
 /// `velocities` (rad/s, m/s) and `accelerations` (rad/s^2, m/s^2) may be empty; the velocities of the last point
 /// must be 0. `efforts` (N m, N) may be empty too.
 struct TrajectoryPoint {
-  double time_s = 0.0;  ///< from the start, ascending
-  std::vector<double> positions, velocities{}, accelerations{}, efforts{};
+  double time_s = 0.0;                  ///< from the start, ascending
+  std::vector<double> positions;        ///< rad, m
+  std::vector<double> velocities{};     ///< rad/s, m/s
+  std::vector<double> accelerations{};  ///< rad/s^2, m/s^2
+  std::vector<double> efforts{};        ///< N m, N
 };
 
 }  // namespace takt

@@ -17,11 +17,23 @@ OUTPUTS = {"timestamp": "d", "actual_q": "6d", "actual_TCP_pose": "6d", "actual_
 RUNNING, PLAYING = 7, 2
 
 
+def connect(port, seconds=10.0):
+    """A connection to the controller, which may still be starting."""
+    deadline = time.monotonic() + seconds
+    while True:
+        try:
+            return socket.create_connection((HOST, port), timeout=10)
+        except ConnectionRefusedError:
+            if time.monotonic() > deadline:
+                raise
+            time.sleep(0.1)
+
+
 class Rtde:
     """RTDE protocol 2: packages of uint16 size, uint8 type, payload; most significant byte first."""
 
     def __init__(self):
-        self.socket = socket.create_connection((HOST, RTDE_PORT), timeout=10)
+        self.socket = connect(RTDE_PORT)
         self.buffer = b""
         assert self.ask("V", struct.pack(">H", 2)) == b"\1", "protocol 2 is refused"
         types = self.ask("O", struct.pack(">d", 125.0) + ",".join(OUTPUTS).encode())
@@ -85,7 +97,7 @@ def main():
     target = list(start["actual_q"])
     target[0] += 0.3
     target[5] -= 0.5
-    program = socket.create_connection((HOST, PRIMARY_PORT), timeout=10)
+    program = connect(PRIMARY_PORT)
     program.sendall((f"def move_away():\n  movej({target}, a=1.4, v=1.05)\n  set_standard_digital_out(0, True)\n"
                      f"  sleep(1.0)\n  set_standard_digital_out(0, False)\n"
                      f"  movej({list(start['actual_q'])}, a=1.4, v=1.05)\nend\n").encode())

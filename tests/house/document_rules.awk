@@ -26,8 +26,8 @@ function anchor(heading) {
 }
 
 function end_of_decision() {
-  if (decision != "" && (parts_of_decision !~ /Context:.*Decision:.*Consequence:/))
-    print "docs/decisions.md:" decision_line ": decision " decision " lacks context, decision or consequence"
+  if (decision != "" && (parts_of_decision !~ /Context:.*Consequence:/))
+    print "docs/decisions.md:" decision_line ": decision " decision " lacks context or consequence"
   decision = parts_of_decision = ""
 }
 

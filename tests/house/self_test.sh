@@ -141,7 +141,7 @@ expect docs/a.md:1 docs/a.md '[b](b.md#three)\n'
 expect docs/a.md:1 docs/a.md 'See `server/contact/no.h` and `server/dds`.\n'
 expect docs/a.md:1 docs/a.md 'See `no.h`.\n'
 expect docs/c.md:1 docs/c.md '# C\n[a](a.md)\n'
-expect docs/decisions.md:1 docs/decisions.md '**1. Two.**\n*Context:* a\n*Consequence:* c\n'
+expect docs/decisions.md:1 docs/decisions.md '**1. Two.**\n*Context:* a\n*Decision:* c\n'
 expect docs/decisions.md:4 docs/decisions.md "$(printf '**1. Two.**\\n*Context:* a *Decision:* b\\n*Consequence:* c\\n%.0s' {1..2})"
 expect server/contact/a.cpp:1 server/contact/a.cpp '// See docs/no.md\n'
 expect docs/a.md:1 docs/a.md "| a | $(printf 'x%.0s' {1..300}) |\\n"

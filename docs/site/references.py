@@ -1,0 +1,157 @@
+"""References that are generated into the site: topics and messages from idl/, the command lines of the programs from
+their --help, the Python API from the docstrings of the package."""
+import inspect
+import importlib
+import os
+import re
+import subprocess
+import sys
+
+PROGRAMS = ("takt", "takt-server", "takt-run", "takt-controller", "takt-ur", "takt-rsi", "takt-egm", "takt-modbus")
+SUBCOMMAND = re.compile(r"^  ([a-z][a-z_-]*) {2,}")
+
+
+class ReferenceError(Exception):
+    pass
+
+
+def write(folder, root, programs, python):
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, text in (("topics", topics(root / "idl")), ("command_lines", command_lines(programs)),
+                       ("python", python_api(python))):
+        (folder / f"{name}.md").write_text(text, encoding="utf-8")
+
+
+def cell(text):
+    return text.replace("|", "\\|").replace("\n", " ")
+
+
+# --- topics -----------------------------------------------------------------------------------------------------------
+
+def topics(idl_folder):
+    sys.dont_write_bytecode = True
+    sys.path.insert(0, str(idl_folder / "generator"))
+    idl = importlib.import_module("idl")
+    reader = idl.read([str(idl_folder / name) for name in ("takt_player.idl", "takt_events.idl", "ros2_msgs.idl")])
+    structs = list(reader.structs.values())
+    lines = ["# Topics and messages", "", "Generated from `idl/`. `{cell}`, `{robot}`, `{gripper}` and `{device}` stand "
+             "for names. Units are SI and radians.", "", "| topic | message | sent by | delivery |", "|---|---|---|---|"]
+    for struct in structs:
+        for annotation in struct.annotations:
+            if annotation.name == "topic":
+                values = annotation.arguments
+                lines.append(f"| `/{values['name'].lstrip('/')}` | {message_link(struct)} | {values.get('by', '')} | "
+                             f"{values.get('qos', '')} |")
+    lines += ["", "## Messages", ""]
+    for struct in structs:
+        lines += [f"### {struct.full_name}", "", struct.doc, ""] if struct.doc else [f"### {struct.full_name}", ""]
+        if struct.fields:
+            lines += ["| field | type | unit | meaning |", "|---|---|---|---|"]
+        for field in struct.fields:
+            kind = field.annotation("enumeration") or field.type
+            kind = f"[{kind.split('/')[-1]}](#{anchor(kind)})" if field.kind == "message" else f"`{kind}`"
+            many = f" [{field.array}]" if field.array else " [ ]" if field.sequence else ""
+            lines.append(f"| `{field.name}` | {kind}{many} | {cell(field.annotation('unit'))} | {cell(field.doc)} |")
+        lines.append("")
+    return "\n".join(lines)
+
+
+def anchor(name):
+    return re.sub(r"[^a-z0-9_-]", "", name.lower())
+
+
+def message_link(struct):
+    return f"[{struct.name}](#{anchor(struct.full_name)})"
+
+
+# --- command lines ----------------------------------------------------------------------------------------------------
+
+def command_lines(folder):
+    lines = ["# Command lines", "", "The `--help` of each program and of each of its subcommands. "
+             "[Command-line tools](../tools.md) shows their use.", ""]
+    if folder is None:
+        return "\n".join(lines + ["This build of the site had no programs: `./dev docs` builds them first.", ""])
+    for program in PROGRAMS:
+        if not (folder / program).exists():
+            raise ReferenceError(f"there is no {folder / program}; build it first")
+        text = help_of([folder / program])
+        lines += [f"## {program}", "", "```text", text, "```", ""]
+        for name in subcommands(text):
+            lines += [f"### {program} {name}", "", "```text", help_of([folder / program, name]), "```", ""]
+    return "\n".join(lines)
+
+
+def help_of(command):
+    result = subprocess.run([*map(str, command), "--help"], text=True, capture_output=True, timeout=60)
+    if result.returncode != 0:
+        raise ReferenceError(f"{' '.join(map(str, command))} --help ended with code {result.returncode}: {result.stderr}")
+    return result.stdout.rstrip()
+
+
+def subcommands(text):
+    listed, found = False, []
+    for line in text.splitlines():
+        if line.lower().startswith("subcommands"):
+            listed = True
+        elif line and not line.startswith(" "):
+            listed = False
+        elif listed and (match := SUBCOMMAND.match(line)):
+            found.append(match[1])
+    return found
+
+
+# --- Python -----------------------------------------------------------------------------------------------------------
+
+def python_api(folder):
+    lines = ["# Python", "", "The package `takt`, from its docstrings. [Clients in C++ and Python](../clients.md) shows "
+             "its use; fields of messages: [topics and messages](topics.md).", ""]
+    if folder is None:
+        return "\n".join(lines + ["This build of the site had no Python package: `./dev docs` builds it first.", ""])
+    sys.path.insert(0, str(folder))
+    takt = importlib.import_module("takt")
+    undocumented = []
+
+    def documented(name, value):
+        if not inspect.getdoc(value):
+            undocumented.append(name)
+
+    for name in sorted(name for name in dir(takt) if not name.startswith("_")):
+        value = getattr(takt, name)
+        if not getattr(value, "__module__", "").startswith("takt"):
+            continue
+        if not inspect.isclass(value):
+            if callable(value):
+                documented(name, value)
+                lines += [f"## {name}", "", *entry(name, value), ""]
+            continue
+        if is_message(value):
+            continue
+        documented(name, value)
+        lines += [f"## {name}", "", inspect.getdoc(value) or "", ""]
+        for member in sorted(vars(value)):
+            attribute = getattr(value, member)
+            if member.startswith("_") or not (callable(attribute) or isinstance(vars(value)[member], property)):
+                continue
+            documented(f"{name}.{member}", vars(value)[member])
+            lines += [f"### {name}.{member}", "", *entry(f"{name}.{member}", attribute, vars(value)[member]), ""]
+    if undocumented:
+        raise ReferenceError(f"these names of the Python package have no docstring: {', '.join(undocumented)}")
+    return "\n".join(lines)
+
+
+def is_message(value):
+    return value.__module__.endswith("messages")
+
+
+def entry(name, value, declared=None):
+    """Signature and docstring; pybind11 puts the signature into the first line of the docstring."""
+    text = inspect.getdoc(declared if isinstance(declared, property) else value) or ""
+    first, _, rest = text.partition("\n")
+    if re.match(rf"^{re.escape(name.split('.')[-1])}\(.*\)", first):
+        return ["```python", first, "```", "", rest.strip()]
+    if isinstance(declared, property):
+        return [text]
+    try:
+        return ["```python", f"{name}{inspect.signature(value)}", "```", "", text]
+    except (TypeError, ValueError):
+        return [text]
