@@ -62,6 +62,23 @@ struct Range {
   void add(double x) { from = std::min(from, x), to = std::max(to, x); }
 };
 
+Range range_along(const PlacedInstance& instance, const Vec3& d);
+
+/// Of the whole instance (m^2).
+double shadow_area(const PlacedInstance& instance, const Vec3& d) {
+  Grid g;
+  g.d = d, g.x = d.unitOrthogonal(), g.y = d.cross(g.x);
+  const Range x = range_along(instance, g.x), y = range_along(instance, g.y);
+  g.x0 = x.from, g.y0 = y.from;
+  g.cell = std::max(x.to - x.from, y.to - y.from) / Removal::kGrid;
+  g.width = static_cast<int>(std::ceil((x.to - x.from) / g.cell)) + 1;
+  g.height = static_cast<int>(std::ceil((y.to - y.from) / g.cell)) + 1;
+  const HeightMap map = rasterise(instance, g);
+  const auto covered =
+      std::count_if(map.lowest.begin(), map.lowest.end(), [](float h) { return std::isfinite(h); });
+  return static_cast<double>(covered) * g.cell * g.cell;
+}
+
 Range range_along(const PlacedInstance& instance, const Vec3& d) {
   Range range;
   for (const Triangle& t : instance.triangles)
@@ -140,15 +157,14 @@ Removal::Shadow Removal::shadow(std::size_t a, const Vec3& d, std::size_t b) con
     return static_cast<std::size_t>(j) * static_cast<std::size_t>(g.width) + static_cast<std::size_t>(i);
   };
   std::vector<char> bad(map_a.lowest.size(), 0);
-  std::size_t common = 0, blocked = 0;
+  std::size_t blocked = 0;
   for (std::size_t k = 0; k < bad.size(); ++k) {
     if (!std::isfinite(map_a.lowest[k]) || !std::isfinite(map_b.lowest[k])) continue;
-    ++common;
     bad[k] = map_a.lowest[k] < map_b.highest[k] - kTouch_m ? 1 : 0;
     blocked += bad[k] != 0 ? 1U : 0U;
   }
   Shadow result;
-  result.share = common == 0 ? 0.0 : static_cast<double>(blocked) / static_cast<double>(common);
+  result.area_m2 = static_cast<double>(blocked) * g.cell * g.cell;
   for (int j = 1; j + 1 < g.height && !result.blocks; ++j) {
     for (int i = 1; i + 1 < g.width && !result.blocks; ++i) {
       bool whole = true;
@@ -172,7 +188,10 @@ bool Removal::blocked(std::size_t a, std::size_t d, std::size_t b) {
 double Removal::blocked_share(std::size_t a, std::size_t d, std::size_t b) {
   const auto [place, fresh] = known_.try_emplace({a, d, b});
   if (fresh) place->second = shadow(a, directions_[d], b);
-  return place->second.blocks ? place->second.share : 0.0;
+  if (!place->second.blocks) return 0.0;
+  const auto [own, first] = own_m2_.try_emplace({a, d});
+  if (first) own->second = shadow_area(placed_[a], directions_[d]);
+  return place->second.area_m2 / own->second;
 }
 
 }  // namespace takt::product

@@ -20,7 +20,7 @@ class Removal {
 
   /// `d`: index of a direction of directions().
   bool blocked(std::size_t a, std::size_t d, std::size_t b);
-  /// Share of the common shadow's cells that are blocked; contacts do not count.
+  /// Share of the shadow of A that is blocked; contacts do not count.
   double blocked_share(std::size_t a, std::size_t d, std::size_t b);
   /// Axes of the world, normals and axes of contacts, and diagonals, each once.
   const std::vector<Vec3>& directions() const { return directions_; }
@@ -30,7 +30,7 @@ class Removal {
 
  private:
   struct Shadow {
-    double share = 0.0;  ///< of the cells
+    double area_m2 = 0.0;  ///< of the blocked cells
     bool blocks = false;
   };
   Shadow shadow(std::size_t a, const Vec3& d, std::size_t b) const;
@@ -42,6 +42,7 @@ class Removal {
   std::vector<Vec3> directions_;
   std::map<std::pair<std::size_t, std::size_t>, std::vector<const Contact*>> contacts_;
   std::map<std::tuple<std::size_t, std::size_t, std::size_t>, Shadow> known_;
+  std::map<std::pair<std::size_t, std::size_t>, double> own_m2_;  ///< shadow of an instance along a direction
 };
 
 }  // namespace takt::product

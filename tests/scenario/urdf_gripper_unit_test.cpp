@@ -15,19 +15,19 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::UnorderedElementsAre;
 
-std::string link(const std::string& name, const std::string& inside = "") {
+std::string link_of(const std::string& name, const std::string& inside = "") {
   return "<link name='" + name + "'>" + inside + "</link>\n";
 }
-std::string box(const std::string& tag, const std::string& size, const std::string& at = "0 0 0") {
+std::string box_of(const std::string& tag, const std::string& size, const std::string& at = "0 0 0") {
   return "<" + tag + "><origin xyz='" + at + "'/><geometry><box size='" + size + "'/></geometry></" + tag +
          ">";
 }
-std::string mass(double kg) {
+std::string mass_of(double kg) {
   return "<inertial><mass value='" + std::to_string(kg) +
          "'/><inertia ixx='1e-3' ixy='0' ixz='0' iyy='1e-3' iyz='0' izz='1e-3'/></inertial>";
 }
-std::string joint(const std::string& name, const std::string& type, const std::string& parent,
-                  const std::string& child, const std::string& inside) {
+std::string joint_of(const std::string& name, const std::string& type, const std::string& parent,
+                     const std::string& child, const std::string& inside) {
   return "<joint name='" + name + "' type='" + type + "'><parent link='" + parent + "'/><child link='" +
          child + "'/>" + inside + "</joint>\n";
 }
@@ -37,23 +37,24 @@ std::string joint(const std::string& name, const std::string& type, const std::s
 std::string panda_like(const std::string& second_axis = "0 -1 0",
                        const std::string& limits = "upper='0.04' effort='20'") {
   const std::string travel = "<limit lower='0' " + limits + " velocity='0.2'/>";
-  return "<robot name='r'>" + link("base", box("collision", "0.2 0.2 0.1")) +
-         link("arm", box("collision", "0.05 0.05 0.2") + mass(2.0)) + link("flange") +
-         link("hand", box("collision", "0.06 0.2 0.06", "0 0 0.03") + mass(0.7)) + link("hand_tcp") +
-         link("left", box("collision", "0.02 0.01 0.05", "0 0.0055 0.025") + mass(0.05)) +
-         link("right", box("visual", "0.02 0.01 0.05", "0 -0.0055 0.025") + mass(0.05)) +
-         joint("lift", "prismatic", "base", "arm",
-               "<origin xyz='0 0 0.3'/><axis xyz='0 0 1'/><limit lower='0' upper='1' effort='500' "
-               "velocity='1'/>") +
-         joint("to_flange", "fixed", "arm", "flange",
-               "<origin xyz='0 0 -0.1' rpy='3.141592653589793 0 0'/>") +
-         joint("to_hand", "fixed", "flange", "hand", "<origin rpy='0 0 -0.7853981633974483'/>") +
-         joint("to_tcp", "fixed", "hand", "hand_tcp", "<origin xyz='0 0 0.1034'/>") +
-         joint("finger1", "prismatic", "hand", "left",
-               "<origin xyz='0 0 0.0584'/><axis xyz='0 1 0'/>" + travel) +
-         joint("finger2", "prismatic", "hand", "right",
-               "<origin xyz='0 0 0.0584'/><axis xyz='" + second_axis + "'/>" + travel +
-                   "<mimic joint='finger1'/>") +
+  return "<robot name='r'>" + link_of("base", box_of("collision", "0.2 0.2 0.1")) +
+         link_of("arm", box_of("collision", "0.05 0.05 0.2") + mass_of(2.0)) + link_of("flange") +
+         link_of("hand", box_of("collision", "0.06 0.2 0.06", "0 0 0.03") + mass_of(0.7)) +
+         link_of("hand_tcp") +
+         link_of("left", box_of("collision", "0.02 0.01 0.05", "0 0.0055 0.025") + mass_of(0.05)) +
+         link_of("right", box_of("visual", "0.02 0.01 0.05", "0 -0.0055 0.025") + mass_of(0.05)) +
+         joint_of("lift", "prismatic", "base", "arm",
+                  "<origin xyz='0 0 0.3'/><axis xyz='0 0 1'/><limit lower='0' upper='1' effort='500' "
+                  "velocity='1'/>") +
+         joint_of("to_flange", "fixed", "arm", "flange",
+                  "<origin xyz='0 0 -0.1' rpy='3.141592653589793 0 0'/>") +
+         joint_of("to_hand", "fixed", "flange", "hand", "<origin rpy='0 0 -0.7853981633974483'/>") +
+         joint_of("to_tcp", "fixed", "hand", "hand_tcp", "<origin xyz='0 0 0.1034'/>") +
+         joint_of("finger1", "prismatic", "hand", "left",
+                  "<origin xyz='0 0 0.0584'/><axis xyz='0 1 0'/>" + travel) +
+         joint_of("finger2", "prismatic", "hand", "right",
+                  "<origin xyz='0 0 0.0584'/><axis xyz='" + second_axis + "'/>" + travel +
+                      "<mimic joint='finger1'/>") +
          "</robot>\n";
 }
 

@@ -1,0 +1,188 @@
+// STEP files made by OpenCASCADE, read back: figures by hand.
+#include "server/cad/step_reader.h"
+
+#include <gmock/gmock.h>
+
+#include <fstream>
+
+#include "server/product/contacts.h"
+#include "server/product/disassembly.h"
+#include "tests/support/step_files.h"
+#include "tests/support/temporary_directory.h"
+
+namespace takt::cad {
+namespace {
+
+using product::Instance;
+using product::Product;
+using test::moved_by;
+using test::StepProduct;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+TopoDS_Shape box(double x, double y, double z) {
+  return BRepPrimAPI_MakeBox(x, y, z).Shape();
+}
+TopoDS_Shape cylinder(double radius, double height) {
+  return BRepPrimAPI_MakeCylinder(radius, height).Shape();
+}
+/// A plate around the origin with a hole along z.
+TopoDS_Shape bored(double side, double thickness, double radius) {
+  const TopoDS_Shape plate =
+      BRepPrimAPI_MakeBox(gp_Pnt(-side / 2, -side / 2, 0), side, side, thickness).Shape();
+  return BRepAlgoAPI_Cut(plate, BRepPrimAPI_MakeCylinder(radius, thickness).Shape()).Shape();
+}
+
+class StepReader : public testing::Test {
+ protected:
+  std::filesystem::path file() const { return directory_ / "product.step"; }
+  const Instance& instance(const Product& product, const std::string& name) const {
+    for (const Instance& one : product.instances)
+      if (one.name == name) return one;
+    throw std::out_of_range(name);
+  }
+  test::TemporaryDirectory directory_;
+};
+
+TEST_F(StepReader, VolumesAndCentresAreThoseOfTheSolids) {
+  for (const char* unit : {"MM", "INCH", "M"}) {
+    StepProduct made("Assembly");
+    made.use(made.root(), made.part("Plate", bored(60, 10, 8)), "Plate");
+    made.use(made.root(), made.part("Pin", cylinder(7.9, 30)), "Pin", moved_by(0, 0, -5));
+    made.write(file(), unit);
+    const Product product = read_step(file());
+    ASSERT_EQ(product.instances.size(), 2U) << unit;
+    const product::Body& plate = product.bodies[instance(product, "Plate").body];
+    const product::Body& pin = product.bodies[instance(product, "Pin").body];
+    EXPECT_NEAR(plate.exact.volume, (0.06 * 0.06 - M_PI * 0.008 * 0.008) * 0.01, 1e-12) << unit;
+    EXPECT_NEAR(pin.exact.volume, M_PI * 0.0079 * 0.0079 * 0.03, 1e-12) << unit;
+    EXPECT_LT((pin.exact.p_BBcm - Vec3(0, 0, 0.015)).norm(), 1e-9) << unit;
+    EXPECT_NEAR(pin.exact.G_BBcm_B(2, 2), 0.5 * 0.0079 * 0.0079, 1e-10) << unit;
+    EXPECT_NEAR(pin.exact.G_BBcm_B(0, 0), (3 * 0.0079 * 0.0079 + 0.03 * 0.03) / 12.0, 1e-10) << unit;
+    EXPECT_LT((instance(product, "Pin").X_WB.p - Vec3(0, 0, -0.005)).norm(), 1e-9) << unit;
+    EXPECT_TRUE(check_closed(plate.mesh).ok());
+    EXPECT_NEAR(volume_properties(pin.mesh).volume, pin.exact.volume, 0.02 * pin.exact.volume);
+    int concave = 0, planes = 0;
+    for (const product::Face& face : plate.faces) {
+      concave += face.kind == product::SurfaceKind::cylinder && face.concave ? 1 : 0;
+      planes += face.kind == product::SurfaceKind::plane ? 1 : 0;
+    }
+    EXPECT_GE(concave, 1);
+    EXPECT_EQ(planes, 6);
+  }
+}
+
+TEST_F(StepReader, StructureNamesColoursAndMaterialsAreKept) {
+  StepProduct made("Gearbox 3");
+  const TDF_Label bolt = made.part("Screw M6x20", cylinder(3, 20)), group = made.assembly("Cover group");
+  made.colour(bolt, 0.2, 0.4, 0.6);
+  made.material(bolt, "Titan Grade 5", 4.43);
+  gp_Trsf turned;
+  turned.SetRotation(gp_Ax1(gp_Pnt(0, 0, 0), gp_Dir(1, 0, 0)), M_PI / 2);
+  made.use(group, bolt, "Screw M6x20", moved_by(10, 0, 0));
+  made.use(group, bolt, "Screw M6x20", moved_by(20, 0, 0) * turned);
+  made.use(made.root(), group, "Cover group", moved_by(0, 0, 100));
+  made.use(made.root(), made.part("Gehäuse", box(50, 40, 30)), "Gehäuse");
+  made.write(file());
+  const Product product = read_step(file());
+  EXPECT_EQ(product.name, "Gearbox 3");
+  std::vector<std::string> names, paths;
+  for (const Instance& one : product.instances) names.push_back(one.name), paths.push_back(one.path);
+  EXPECT_EQ(product.bodies.size(), 2U);
+  EXPECT_THAT(names, ElementsAre("Screw_M6x20", "Screw_M6x20_2", testing::StartsWith("Geh")));
+  EXPECT_EQ(paths[0], "Gearbox 3/Cover group/Screw M6x20");
+  const Instance& second = instance(product, "Screw_M6x20_2");
+  EXPECT_LT((second.X_WB * Vec3(0, 0, 0.02) - Vec3(0.02, -0.02, 0.1)).norm(), 1e-9);
+  const product::Body& body = product.bodies[second.body];
+  EXPECT_EQ(body.material.name, "Titan Grade 5");
+  EXPECT_NEAR(body.material.density_kg_m3, 4430.0, 1e-6);
+  EXPECT_FALSE(body.material.assumed);
+  ASSERT_TRUE(body.colour.has_value());
+  EXPECT_NEAR((*body.colour)[2], 0.6, 0.01);
+  const product::Body& housing = product.bodies[product.instances[2].body];
+  EXPECT_TRUE(housing.material.assumed);
+  EXPECT_EQ(housing.material.density_kg_m3, 7850.0);
+}
+
+TEST_F(StepReader, DensitiesCanBeGiven) {
+  StepProduct made("A");
+  made.use(made.root(), made.part("Housing", box(10, 10, 10)), "Housing");
+  made.use(made.root(), made.part("Lid", box(10, 10, 2)), "Lid", moved_by(0, 0, 10));
+  made.write(file());
+  StepOptions options;
+  options.densities = {{"Housing", 2700.0}, {"*", 1000.0}};
+  const Product product = read_step(file(), options);
+  EXPECT_EQ(product.bodies[instance(product, "Housing").body].material.density_kg_m3, 2700.0);
+  EXPECT_EQ(product.bodies[instance(product, "Lid").body].material.density_kg_m3, 1000.0);
+}
+
+TEST_F(StepReader, FitsInterferencesAndPlanesAreRecognised) {
+  StepProduct made("Fits");
+  made.use(made.root(), made.part("Base", bored(60, 20, 8)), "Base");
+  made.use(made.root(), made.part("Pressed", cylinder(8.012, 20)), "Pressed");
+  made.use(made.root(), made.part("Cover", bored(60, 5, 9)), "Cover", moved_by(0, 0, 20));
+  made.write(file());
+  Product product = read_step(file());
+  product.contacts = product::find_contacts(product);
+  ASSERT_EQ(product.contacts.size(), 2U);
+  for (const product::Contact& contact : product.contacts) {
+    if (contact.kind == product::ContactKind::cylinder_fit)
+      EXPECT_NEAR(contact.clearance_m, -12e-6, 1e-9);
+    else
+      EXPECT_NEAR(contact.area_m2, 0.06 * 0.06 - M_PI * 0.009 * 0.009, 2e-6);
+  }
+  const product::Disassembly plan = product::take_apart(product);
+  EXPECT_TRUE(plan.stuck.empty());
+  EXPECT_EQ(product.instances[plan.base].name, "Base");
+}
+
+TEST_F(StepReader, DamagedFilesAreReportedOrReadWhole) {
+  StepProduct made("Cut");
+  made.use(made.root(), made.part("Plate", bored(60, 10, 8)), "Plate");
+  made.write(file());
+  std::ifstream in(file(), std::ios::binary);
+  const std::string whole((std::istreambuf_iterator<char>(in)), {});
+  const Product expected = read_step(file());
+  for (int percent = 0; percent < 100; ++percent) {
+    const auto cut = directory_ / "cut.step";
+    std::ofstream(cut, std::ios::binary)
+        << whole.substr(0, whole.size() * static_cast<std::size_t>(percent) / 100);
+    try {
+      read_step(cut);
+      ADD_FAILURE() << percent << " % of the file passed for a product";
+    } catch (const CadError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("cut.step: ")) << percent;
+    }
+    // With the end in place, entities are missing: an error, or no more than the whole.
+    std::ofstream(cut, std::ios::binary)
+        << whole.substr(0, whole.size() * static_cast<std::size_t>(percent) / 100)
+        << "\nENDSEC;\nEND-ISO-10303-21;\n";
+    try {
+      const Product product = read_step(cut);
+      EXPECT_LE(product.instances.size(), expected.instances.size()) << percent;
+      for (const product::Body& body : product.bodies) EXPECT_TRUE(check_closed(body.mesh).ok()) << percent;
+    } catch (const CadError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("cut.step: ")) << percent;
+    }
+  }
+}
+
+TEST_F(StepReader, OtherFilesAreRefusedByName) {
+  const auto error = [&](const std::string& text) {
+    std::ofstream(file()) << text;
+    try {
+      read_step(file());
+    } catch (const CadError& e) {
+      return std::string(e.what());
+    }
+    return std::string("no error");
+  };
+  EXPECT_THAT(error(""), HasSubstr("does not begin with ISO-10303-21"));
+  EXPECT_THAT(error("solid cube\nendsolid\n"), HasSubstr("does not begin with ISO-10303-21"));
+  EXPECT_THAT(error("ISO-10303-21;\nHEADER;\n"), HasSubstr("ends before END-ISO-10303-21"));
+  std::filesystem::remove(file());
+  EXPECT_THROW(read_step(file()), CadError);
+}
+
+}  // namespace
+}  // namespace takt::cad

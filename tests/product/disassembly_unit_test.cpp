@@ -1,0 +1,139 @@
+// Orders of disassembly, hierarchies, convex pieces, and the cell that is written from them.
+#include "server/product/disassembly.h"
+
+#include <gmock/gmock.h>
+
+#include "server/product/cell_writer.h"
+#include "server/product/contacts.h"
+#include "server/product/convex_pieces.h"
+#include "server/scenario/scenario_builder.h"
+#include "server/simulation/step/simulation.h"
+#include "tests/support/product_bodies.h"
+#include "tests/support/temporary_directory.h"
+
+namespace takt::product {
+namespace {
+
+using test::box_body;
+using test::plate_with_hole;
+using test::product_of;
+using test::turned_body;
+using testing::ElementsAre;
+
+std::vector<std::string> names(const Product& product, const std::vector<std::size_t>& parts) {
+  std::vector<std::string> result;
+  for (const std::size_t i : parts) result.push_back(product.instances[i].name);
+  return result;
+}
+
+Disassembly plan_of(Product& product) {
+  product.contacts = find_contacts(product);
+  return take_apart(product);
+}
+
+/// Base plate with a hole, a lid on it, a bolt through both with a nut below.
+Product bolted() {
+  return product_of({{plate_with_hole("Base", 0.10, 0.02, 0.00505), {0, 0, 0.03}},
+                     {plate_with_hole("Lid", 0.06, 0.01, 0.00505), {0, 0, 0.045}},
+                     {turned_body("Bolt", {-0.05, 0.0, 0.006}, {0.005, 0.0085}), {0, 0, 0.05}},
+                     {plate_with_hole("Nut", 0.017, 0.008, 0.005), {0, 0, 0.016}}});
+}
+
+TEST(DisassemblyOrder, FastenersLeaveFirst) {
+  Product product = bolted();
+  const Disassembly plan = plan_of(product);
+  EXPECT_EQ(product.instances[plan.base].name, "Base");
+  EXPECT_THAT(names(product, plan.order), ElementsAre("Nut", "Bolt", "Lid", "Base"));
+  EXPECT_EQ(plan.steps.at(0).loosening, Loosening::unscrew);
+  EXPECT_LT((plan.steps[0].direction_W + Vec3::UnitZ()).norm(), 1e-9);
+  EXPECT_LT((plan.steps.at(1).direction_W - Vec3::UnitZ()).norm(), 1e-9);
+  EXPECT_LT((plan.steps.at(2).direction_W - Vec3::UnitZ()).norm(), 1e-9);
+  EXPECT_TRUE(plan.stuck.empty());
+}
+
+TEST(DisassemblyOrder, EachPartTouchesOneOfALargerNumberThatLeavesLater) {
+  Product product = bolted();
+  const Hierarchy numbers = hierarchy(product, plan_of(product));
+  EXPECT_THAT(numbers.numbers, ElementsAre(4, 3, 2, 1));
+  EXPECT_TRUE(numbers.floating.empty());
+}
+
+TEST(DisassemblyOrder, AnInterferenceFitIsPulledAlongItsAxis) {
+  Product product = product_of({{plate_with_hole("Hub", 0.06, 0.02, 0.008 - 12e-6), {0, 0, 0}},
+                                {turned_body("Pin", {-0.01, 0.02}, {0.008}), {0, 0, 0}}});
+  const Disassembly plan = plan_of(product);
+  ASSERT_EQ(plan.steps.size(), 1U);
+  EXPECT_EQ(plan.steps[0].loosening, Loosening::pull);
+  EXPECT_THAT(plan.steps[0].reason, testing::HasSubstr("interference of 12 um"));
+  EXPECT_GT(std::abs(plan.steps[0].direction_W.z()), 0.999);
+}
+
+/// A ring on a spool: both heads are wider than the hole.
+Product spool(double head_m) {
+  return product_of({{turned_body("Spool", {0.0, 0.01, 0.03, 0.04}, {head_m, 0.0099, head_m}), {0, 0, 0}},
+                     {plate_with_hole("Ring", 0.026, 0.0198, 0.010), {0, 0, 0.02}}});
+}
+
+TEST(DisassemblyOrder, WhatNoStraightMotionPartsIsSaid) {
+  Product product = spool(0.02);
+  const Disassembly plan = plan_of(product);
+  ASSERT_EQ(plan.stuck.size(), 1U);
+  EXPECT_THAT(names(product, plan.stuck[0]), ElementsAre("Spool", "Ring"));
+  EXPECT_TRUE(plan.steps.empty());
+}
+
+TEST(DisassemblyOrder, SmallUndercutsAreSnaps) {
+  Product product = spool(0.0103);
+  const Disassembly plan = plan_of(product);
+  ASSERT_EQ(plan.steps.size(), 1U);
+  EXPECT_EQ(plan.steps[0].loosening, Loosening::unsnap);
+  EXPECT_GT(std::abs(plan.steps[0].direction_W.z()), 0.999);
+  EXPECT_TRUE(plan.stuck.empty());
+}
+
+TEST(DisassemblyOrder, PartsThatHoldEachOtherLeaveTogether) {
+  // A pin through two cheeks: the cheeks stand on the base between two stops, the pin lies across them.
+  Product product = product_of({{box_body("Base", {0.2, 0.2, 0.02}), {0, 0, 0.01}},
+                                {box_body("Lower", {0.05, 0.05, 0.02}), {0, 0, 0.03}},
+                                {box_body("Left", {0.01, 0.05, 0.04}), {-0.03, 0, 0.04}},
+                                {box_body("Right", {0.01, 0.05, 0.04}), {0.03, 0, 0.04}},
+                                {box_body("Roof", {0.07, 0.05, 0.01}), {0, 0, 0.065}}});
+  const Disassembly plan = plan_of(product);
+  EXPECT_TRUE(plan.stuck.empty());
+  EXPECT_EQ(plan.order.size(), 5U);
+  EXPECT_EQ(plan.order.back(), 0U);
+  EXPECT_THAT(names(product, plan.steps.at(0).parts), ElementsAre("Roof"));
+}
+
+TEST(ConvexPieces, AreExactWhereTheyCanBe) {
+  EXPECT_EQ(choose_convex(box_body("b", {0.1, 0.2, 0.3})).method, ConvexMethod::hull);
+  const ConvexChoice plate = choose_convex(plate_with_hole("p", 0.06, 0.01, 0.02));
+  EXPECT_EQ(plate.method, ConvexMethod::pieces);
+  EXPECT_LT(plate.error, 1e-6);
+  EXPECT_LT(plate.pieces.size(), 2U * test::kRoundSides);
+  const ConvexChoice bolt = choose_convex(turned_body("t", {0.0, 0.006, 0.04}, {0.0085, 0.005}));
+  EXPECT_EQ(bolt.method, ConvexMethod::pieces);
+  EXPECT_EQ(bolt.pieces.size(), 2U);
+  EXPECT_LT(bolt.error, 1e-6);
+}
+
+TEST(WrittenCell, LoadsAndStandsStill) {
+  test::TemporaryDirectory directory;
+  Product product = bolted();
+  const Disassembly plan = plan_of(product);
+  const CellFiles files = write_cell(product, plan, hierarchy(product, plan), directory / "cell");
+  const Scenario scenario = read_scenario(files.scenario);
+  const auto cell = build_cell(scenario);
+  for (const ImportNote& note : cell->import_notes) ADD_FAILURE() << note.sentence;
+  Simulation simulation(cell);
+  for (int i = 0; i < 1000; ++i) ASSERT_TRUE(simulation.step({}));
+  const Snapshot snapshot = simulation.make_snapshot();
+  for (const Instance& instance : product.instances) {
+    const auto id = static_cast<std::size_t>(cell->description.find_component(instance.name));
+    EXPECT_LT((snapshot.components[id].p_WB - instance.X_WB.p).norm(), 2e-4) << instance.name;
+    EXPECT_GE(snapshot.components[id].partner, 0) << instance.name;
+  }
+}
+
+}  // namespace
+}  // namespace takt::product

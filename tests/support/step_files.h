@@ -1,0 +1,79 @@
+#pragma once
+// STEP files of products, made with OpenCASCADE. Lengths in mm.
+#include <BRepAlgoAPI_Cut.hxx>
+#include <BRepBuilderAPI_Transform.hxx>
+#include <BRepPrimAPI_MakeBox.hxx>
+#include <BRepPrimAPI_MakeCylinder.hxx>
+#include <Interface_Static.hxx>
+#include <Message.hxx>
+#include <Message_Messenger.hxx>
+#include <STEPCAFControl_Writer.hxx>
+#include <TCollection_HAsciiString.hxx>
+#include <TDataStd_Name.hxx>
+#include <TDocStd_Document.hxx>
+#include <XCAFApp_Application.hxx>
+#include <XCAFDoc_ColorTool.hxx>
+#include <XCAFDoc_DocumentTool.hxx>
+#include <XCAFDoc_MaterialTool.hxx>
+#include <XCAFDoc_ShapeTool.hxx>
+#include <filesystem>
+#include <string>
+
+namespace takt::test {
+
+class StepProduct {
+ public:
+  explicit StepProduct(const std::string& name) {
+    Message::DefaultMessenger()->ChangePrinters().Clear();
+    XCAFApp_Application::GetApplication()->NewDocument("MDTV-XCAF", document_);
+    shapes_ = XCAFDoc_DocumentTool::ShapeTool(document_->Main());
+    root_ = shapes_->NewShape();
+    TDataStd_Name::Set(root_, name.c_str());
+  }
+  TDF_Label root() const { return root_; }
+  TDF_Label part(const std::string& name, const TopoDS_Shape& shape) {
+    const TDF_Label label = shapes_->AddShape(shape, false);
+    TDataStd_Name::Set(label, name.c_str());
+    return label;
+  }
+  TDF_Label assembly(const std::string& name) {
+    const TDF_Label label = shapes_->NewShape();
+    TDataStd_Name::Set(label, name.c_str());
+    return label;
+  }
+  void use(const TDF_Label& above, const TDF_Label& part, const std::string& name,
+           const gp_Trsf& where = {}) {
+    TDataStd_Name::Set(shapes_->AddComponent(above, part, TopLoc_Location(where)), name.c_str());
+  }
+  void colour(const TDF_Label& part, double r, double g, double b) {
+    XCAFDoc_DocumentTool::ColorTool(document_->Main())
+        ->SetColor(part, Quantity_Color(r, g, b, Quantity_TOC_sRGB), XCAFDoc_ColorSurf);
+  }
+  void material(const TDF_Label& part, const std::string& name, double density_g_cm3) {
+    const auto text = [](const std::string& t) { return new TCollection_HAsciiString(t.c_str()); };
+    XCAFDoc_DocumentTool::MaterialTool(document_->Main())
+        ->SetMaterial(part, text(name), text(name), density_g_cm3, text("density measure"),
+                      text("POSITIVE_RATIO_MEASURE"));
+  }
+  void write(const std::filesystem::path& file, const char* unit = "MM") {
+    shapes_->UpdateAssemblies();
+    STEPCAFControl_Writer writer;
+    Interface_Static::SetCVal("write.step.unit", unit);
+    writer.Transfer(document_);
+    writer.Write(file.c_str());
+    Interface_Static::SetCVal("write.step.unit", "MM");
+  }
+
+ private:
+  Handle(TDocStd_Document) document_;
+  Handle(XCAFDoc_ShapeTool) shapes_;
+  TDF_Label root_;
+};
+
+inline gp_Trsf moved_by(double x, double y, double z) {
+  gp_Trsf X;
+  X.SetTranslation(gp_Vec(x, y, z));
+  return X;
+}
+
+}  // namespace takt::test
