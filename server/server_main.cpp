@@ -119,8 +119,8 @@ void describe_arguments(CLI::App& app, Arguments& arguments) {
       "--supervised", arguments.supervised,
       "start again after a crash, from the newest periodic snapshot; gives up after 5 crashes in 60 s");
   app.add_option("--log", arguments.log,
-                 "record to this file all that changes the simulation, for takt-run replay; one that is "
-                 "there is replaced");
+                 "record to this file all that changes the simulation, for takt-run replay; an "
+                 "existing file is replaced");
   app.add_option("--scenarios", arguments.scenarios,
                  "directory of the files that clients may load and spawn from (load_scenario, spawn_entity); "
                  "without: any that the server can read")

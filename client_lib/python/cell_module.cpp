@@ -213,9 +213,8 @@ void bind_cell(py::module_& m) {
             return name_or_none(self.sample().part_present(gripper));
           },
           py::arg("gripper"),
-          "Name of the Part that both jaws touch and hold (of several the first); None: there is none. "
-          "Raises "
-          "NotFound.");
+          "Name of the Part that both jaws touch and hold (of several the first), or None for a gripper that "
+          "holds no Part. Raises NotFound.");
   bind_sample<Event, takt_msgs::msg::Event>(m, "Event")
       .def_property_readonly(
           "missed_before", [](const EventView& self) { return self.sample().missed_before; },

@@ -8,6 +8,7 @@ import subprocess
 import sys
 
 PROGRAMS = ("takt", "takt-server", "takt-run", "takt-controller", "takt-ur", "takt-rsi", "takt-egm", "takt-modbus")
+OPTIONAL_PROGRAMS = ("takt-from-cad",)  # built where their libraries are
 SUBCOMMAND = re.compile(r"^  ([a-z][a-z_-]*) {2,}")
 
 
@@ -71,7 +72,7 @@ def command_lines(folder):
              "[Command-line tools](../tools.md) shows their use.", ""]
     if folder is None:
         return "\n".join(lines + ["This build of the site had no programs: `./dev docs` builds them first.", ""])
-    for program in PROGRAMS:
+    for program in (*PROGRAMS, *(name for name in OPTIONAL_PROGRAMS if (folder / name).exists())):
         if not (folder / program).exists():
             raise ReferenceError(f"there is no {folder / program}; build it first")
         text = help_of([folder / program])

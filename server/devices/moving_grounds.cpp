@@ -146,7 +146,7 @@ void describe(Fields& f, ScenarioCylinder& s) {
   f.field("extend_time_s", s.extend_time_s, positive("s"), "Time of the whole stroke.", kRequired);
   f.field("retract_time_s", s.retract_time_s, positive("s"), "The same back; without it: extend_time_s.");
   f.field("acceleration_m_per_s2", s.acceleration_m_per_s2, positive("m/s^2"),
-          "Acceleration at the begin, and deceleration by the end cushion.");
+          "Acceleration at the start, and deceleration by the end cushion.");
   f.field("switch_range_m", s.switch_range_m, not_negative("m"), "Before its end an end switch is on.");
   f.field("extended", s.extended, Flag{}, "It is extended at the start.");
   const double least_s = 2.0 * std::sqrt(s.stroke_m / s.acceleration_m_per_s2);

@@ -139,7 +139,7 @@ void ConvexImporter::note(const ConvexImport& import, const ConvexSource& source
     case ConvexSource::Kind::file:
       sentence += "Is each object of " +
                   (source.kind == ConvexSource::Kind::file ? source.file.filename().string() : "its mesh") +
-                  " convex, and is none missing?";
+                  " convex, and are all objects present?";
       break;
     case ConvexSource::Kind::vhacd:
       sentence += "More max_hulls (now " + std::to_string(source.decomposition.max_hulls) +

@@ -1,4 +1,5 @@
 """The link checker of the site reports what is dead: a file, an anchor in another page, an anchor in the same page."""
+import re
 import sys
 import tempfile
 import unittest
@@ -45,6 +46,31 @@ class Staging(unittest.TestCase):
     def test_a_link_to_a_missing_file_is_refused(self):
         with tempfile.TemporaryDirectory() as folder, self.assertRaisesRegex(build.SiteError, "scenes.md:7: found the link 'no.md'"):
             build.Pages(Path(folder)).link(build.DOCS / "scenes.md", 7, "no.md")
+
+
+class Ways(unittest.TestCase):
+    """A reader with one of these things finds the page within two clicks from the first page."""
+
+    GOALS = {"a URDF of a robot": "cells.md", "a PLC": "tutorials/plc.md", "ROS 2": "tutorials/ros2.md",
+             "a UR driver": "tutorials/ur_driver.md", "nothing yet": "tutorials/first_cell.md", "a symptom": "troubleshooting.md"}
+
+    def clicks(self, start):
+        """Clicks from a page to each page, by the links in the text."""
+        distance, queue = {start: 0}, [start]
+        for page in queue:
+            text = re.sub(r"(?ms)^```.*?^```", "", page.read_text(encoding="utf-8"))
+            for link in re.findall(r"\]\(([^)#\s]+\.md)", text):
+                target = (page.parent / link).resolve()
+                if target.exists() and target not in distance:
+                    distance[target] = distance[page] + 1
+                    queue.append(target)
+        return distance
+
+    def test_each_reader_finds_the_page_within_two_clicks(self):
+        for start in (build.DOCS / "README.md", build.ROOT / "README.md"):
+            distance = self.clicks(start)
+            for reader, goal in self.GOALS.items():
+                self.assertLessEqual(distance[build.DOCS / goal], 2, f"{reader}: {goal} from {start}")
 
 
 if __name__ == "__main__":

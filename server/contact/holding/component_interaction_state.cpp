@@ -155,7 +155,7 @@ void ComponentInteraction::load(StateReader& in) {
   const std::size_t changed = in.size(parts_.size(), "changed Parts");
   for (std::size_t i = 0; i < changed; ++i) {
     const int part = in.index(n, "a changed Part");
-    if (part == -1) in.fail("a changed Part is none");
+    if (part == -1) in.fail("a changed Part has no valid index");
     mark_changed(part);
   }
   rebuild_graphs();

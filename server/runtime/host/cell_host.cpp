@@ -178,7 +178,7 @@ Outcome<requests::ReloadScenario> CellHost::execute(const requests::ReloadScenar
   const auto loaded = slot_.loaded();
   if (loaded && loaded->source) return load<requests::ReloadScenario>(*loaded->source);
   return Refusal{ControlResult::no_scenario_loaded,
-                 "No scenario was loaded from a file; there is none to load again."};
+                 "No scenario was loaded from a file, so there is no file to load again."};
 }
 
 Outcome<requests::UnloadScenario> CellHost::execute(const requests::UnloadScenario&) {

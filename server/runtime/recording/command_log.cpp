@@ -49,8 +49,9 @@ LogReader::LogReader(const std::filesystem::path& file)
     : name_("the log '" + file.string() + "'"), in_(file, std::ios::binary) {
   std::error_code unreadable;
   if (!in_ || !std::filesystem::is_regular_file(file, unreadable))
-    throw LogError(name_ + " cannot be opened: " +
-                   (std::filesystem::exists(file, unreadable) ? "it is no readable file" : "there is none"));
+    throw LogError(
+        name_ + " cannot be opened: " +
+        (std::filesystem::exists(file, unreadable) ? "it is not a readable file" : "it does not exist"));
   length_ = std::filesystem::file_size(file);
   std::array<char, kFileHeadSize> head{};
   in_.read(head.data(), head.size());

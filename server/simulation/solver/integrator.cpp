@@ -80,7 +80,7 @@ bool Integrator::finish(OdeSystem& system, double t_end, std::span<double> x) {
     bool good = true;
     for (const OdeSystem::Range& range : system.active_states())
       for (std::size_t i = range.begin; i < range.end; ++i) good = good && std::isfinite(x[i]);
-    if (!good) failure_ = "the state is not finite any more";
+    if (!good) failure_ = "the state is not finite";
     return good;
   };
   if (!finite()) return false;

@@ -26,7 +26,8 @@ CellPlant::CellPlant(const CellModel& model, const ComponentInteraction& interac
     auto* with_signals = dynamic_cast<DeviceModel*>(auxiliary_.back().get());
     if (device >= devices_.size() || with_signals == nullptr)
       throw std::invalid_argument("the plant model '" + further.name + "' is said to be device " +
-                                  std::to_string(device) + ", but is none or not described");
+                                  std::to_string(device) +
+                                  ", but it is no device, or the device is not described");
     devices_[device] = {with_signals, auxiliary_.size() - 1};
   }
   for (std::size_t i = 0; i < devices_.size(); ++i) {

@@ -1,0 +1,91 @@
+"""The prose that users read: words of tests/docs/words.txt in pages, in the help of programs, in events, requests and keys;
+numbers of decisions that pages and code cite; the words of all hand-written pages together. Usage: prose_test.py [--bin DIR]"""
+import argparse
+import re
+import sys
+import unittest
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
+sys.path.insert(0, str(ROOT / "docs/site"))
+import references  # noqa: E402
+
+GENERATED = {"docs/requests.md", "docs/events.md", "docs/scenario_reference.md"}
+MOST_WORDS = 59_000  # of all hand-written pages; a subject that is added has to replace words elsewhere
+CITED = re.compile(r"[Dd]ecisions? (\d+)")
+programs = None
+
+
+def pages():
+    return sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md")])
+
+
+def rules():
+    for line in (HERE / "words.txt").read_text(encoding="utf-8").splitlines():
+        if line and not line.startswith("#"):
+            pattern, remedy = line.split("\t")
+            yield re.compile(pattern), remedy
+
+
+def faults(name, text):
+    """One sentence for each forbidden word outside of code blocks and code spans."""
+    found, code = [], False
+    for number, line in enumerate(text.splitlines(), 1):
+        if line.lstrip().startswith("```"):
+            code = not code
+        if code:
+            continue
+        prose = re.sub(r"`[^`]*`", "`", line)
+        for pattern, remedy in rules():
+            if match := pattern.search(prose):
+                found.append(f"{name}:{number}: found '{match[0].strip()}'; better: {remedy}")
+    return found
+
+
+class Prose(unittest.TestCase):
+    def test_pages_have_none_of_the_words(self):
+        found = []
+        for page in pages():
+            if page.name != "writing.md":  # which shows bad sentences
+                found += faults(page.relative_to(ROOT), page.read_text(encoding="utf-8"))
+        self.assertEqual(found, [], "\n" + "\n".join(found))
+
+    def test_help_and_topics_have_none_of_the_words(self):
+        found = faults("topics", references.topics(ROOT / "idl"))
+        if programs is not None:
+            found += faults("help", references.command_lines(programs).replace("```", ""))
+        self.assertEqual(found, [], "\n" + "\n".join(found))
+
+    def test_a_forbidden_word_is_found_and_code_is_passed_over(self):
+        self.assertEqual(len(faults("x", "The error is told.\n`told`\n```\ntold\n```\nWho asks twice waits.")), 2)
+
+    def test_cited_decisions_exist(self):
+        text = (ROOT / "docs/decisions.md").read_text(encoding="utf-8")
+        known = set(re.findall(r"^\*\*(\d+)\. ", text, re.MULTILINE))
+        missing = []
+        for folder in ("docs", "server", "client_lib", "idl", "plant_models", "config", "tests"):
+            for file in (ROOT / folder).rglob("*"):
+                if file.suffix in (".md", ".h", ".cpp", ".idl", ".yaml", ".lua", ".py") and "node_modules" not in file.parts:
+                    cited = set(CITED.findall(file.read_text(encoding="utf-8", errors="replace")))
+                    missing += [f"{file.relative_to(ROOT)}: decision {number}" for number in cited - known]
+        self.assertEqual(missing, [])
+
+    def test_records_of_decisions_are_short(self):
+        text = (ROOT / "docs/decisions.md").read_text(encoding="utf-8")
+        long = [record.split(".")[0] for record in re.split(r"\n\n\*\*", text)[1:] if len(record.split()) > 130]
+        self.assertEqual(long, [])
+
+    def test_all_pages_together_stay_within_their_limit(self):
+        words = {page: len(page.read_text(encoding="utf-8").split()) for page in pages()
+                 if str(page.relative_to(ROOT)) not in GENERATED}
+        print(f"{sum(words.values())} words in {len(words)} hand-written pages")
+        self.assertLessEqual(sum(words.values()), MOST_WORDS)
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--bin", type=Path)
+    known, rest = parser.parse_known_args()
+    programs = known.bin
+    unittest.main(argv=[sys.argv[0], *rest])
