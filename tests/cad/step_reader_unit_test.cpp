@@ -7,7 +7,7 @@
 
 #include "server/product/contacts.h"
 #include "server/product/disassembly.h"
-#include "tests/support/step_files.h"
+#include "tests/cad/step_files.h"
 #include "tests/support/temporary_directory.h"
 
 namespace takt::cad {
