@@ -291,9 +291,9 @@ class Writer {
       out << ",\n     color: [" << number((*body.colour)[0], 3) << ", " << number((*body.colour)[1], 3)
           << ", " << number((*body.colour)[2], 3) << ", " << number((*body.colour)[3], 3) << "]";
     const Mat3 I = mass * body.exact.G_BBcm_B;
-    out << ",\n     center_of_mass_m: " << list(body.exact.p_BBcm) << ", inertia_kg_m2: ["
-        << list(I.row(0).transpose()) << ", " << list(I.row(1).transpose()) << ", "
-        << list(I.row(2).transpose()) << "]";
+    out << ",\n     center_of_mass_m: " << list(body.exact.p_BBcm) << ",\n     inertia_kg_m2: [";
+    for (const double value : {I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2)}) out << number(value) << ", ";
+    out << number(I(1, 2)) << "]";
     out << ",\n     pose: {" << pose(instance) << "}}\n";
   }
 

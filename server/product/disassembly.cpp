@@ -90,7 +90,7 @@ class Planner {
 
   std::optional<RemovalStep> next(const std::set<std::size_t>& group, std::size_t base, bool unsnap) {
     struct Choice {
-      std::tuple<std::size_t, int, int, int, double, std::size_t> rank;
+      std::tuple<std::size_t, std::size_t, int, int, int, double, std::size_t> rank;
       std::set<std::size_t> parts;
       std::size_t direction;
     };
@@ -113,8 +113,10 @@ class Planner {
             weight += mass(p), fasteners = std::max(fasteners, threads_[p] > 0 ? 1 : 0);
           const Vec3& direction = removal_.directions()[d];
           const int upwards = direction.z() > 0.999 ? 0 : direction.z() < -0.999 ? 2 : 1;
-          Choice choice{
-              {parts->size(), -fasteners, slides(*parts, direction) ? 1 : 0, upwards, weight, i}, *parts, d};
+          Choice choice{{parts->size(), dropped(*parts, group), -fasteners, slides(*parts, direction) ? 1 : 0,
+                         upwards, weight, i},
+                        *parts,
+                        d};
           if (!best || choice.rank < best->rank) best = std::move(choice);
         }
       }
@@ -126,6 +128,31 @@ class Planner {
     step.direction_W = removal_.directions()[best->direction];
     describe(step, best->parts, group, unsnap);
     return step;
+  }
+
+  /// How many of the parts that stay fall if these leave: they were held against gravity, and are held no longer.
+  std::size_t dropped(const std::set<std::size_t>& parts, const std::set<std::size_t>& group) const {
+    std::set<std::size_t> held, left;
+    for (const Contact& contact : product_.contacts) {
+      if (!group.contains(contact.first) || !group.contains(contact.second)) continue;
+      const bool stays = !parts.contains(contact.first) && !parts.contains(contact.second);
+      for (const bool first : {true, false}) {
+        const std::size_t part = first ? contact.first : contact.second;
+        if (parts.contains(part) || !carries(contact, first)) continue;
+        held.insert(part);
+        if (stays) left.insert(part);
+      }
+    }
+    return held.size() - left.size();
+  }
+
+  /// The contact holds this side of it against gravity.
+  static bool carries(const Contact& contact, bool first) {
+    constexpr double kUpright = 0.1;
+    if (contact.kind == ContactKind::thread || contact.kind == ContactKind::snap) return true;
+    if (contact.kind == ContactKind::cylinder_fit)
+      return contact.clearance_m < 0.0 || std::abs(contact.axis_W.z()) < 1.0 - kUpright;
+    return contact.normals_W[0].z() * (first ? -1.0 : 1.0) > kUpright;
   }
 
   /// No contact of those that leave opens along `d`.

@@ -27,9 +27,10 @@ struct Disassembly {
   std::vector<std::vector<std::size_t>> stuck;  ///< groups that no straight motion parts
 };
 
-/// The base is the heaviest instance. Next is what leaves on its own: fasteners (threads) first, then straight away from a contact
-/// before sliding along it, then along +z before other directions, then the lighter one; else the smallest group that leaves together. A part held by undercuts that cover a
-/// small share of its shadow is unsnapped; the contacts of that pair get the kind `snap`.
+/// The base is the heaviest instance. Next is what leaves on its own, in this order of preference: what lets no other part
+/// fall, fasteners (threads), what opens a contact rather than slides along it, along +z, along other directions, the
+/// lighter one. If none can, it is the smallest group that leaves together. A part held by undercuts that cover a small
+/// share of its shadow is unsnapped; the contacts of that pair get the kind `snap`.
 Disassembly take_apart(Product& product);
 
 /// Numbers for the partner search by order of disassembly: one more than the largest number of the touching parts that

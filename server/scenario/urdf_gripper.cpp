@@ -56,6 +56,10 @@ class Builder {
       const UrdfJoint& joint = robot_.joints[i];
       const bool carried = joint.type == UrdfJointType::prismatic && below_flange(joint.parent);
       if (carried) prismatic += (prismatic.empty() ? "'" : ", '") + joint.name + "'";
+    }
+    for (std::size_t i = 0; i < robot_.joints.size(); ++i) {
+      const UrdfJoint& joint = robot_.joints[i];
+      const bool carried = joint.type == UrdfJointType::prismatic && below_flange(joint.parent);
       const bool named = std::find(fingers.begin(), fingers.end(), joint.name) != fingers.end();
       if (fingers.empty() ? carried : named) found.push_back(i);
       if (named && !carried)

@@ -45,7 +45,7 @@ class StepReader : public testing::Test {
 };
 
 TEST_F(StepReader, VolumesAndCentresAreThoseOfTheSolids) {
-  for (const char* unit : {"MM", "INCH", "M"}) {
+  for (const char* unit : {"MM", "INCH"}) {
     StepProduct made("Assembly");
     made.use(made.root(), made.part("Plate", bored(60, 10, 8)), "Plate");
     made.use(made.root(), made.part("Pin", cylinder(7.9, 30)), "Pin", moved_by(0, 0, -5));
@@ -70,6 +70,23 @@ TEST_F(StepReader, VolumesAndCentresAreThoseOfTheSolids) {
     EXPECT_GE(concave, 1);
     EXPECT_EQ(planes, 6);
   }
+}
+
+TEST_F(StepReader, TheUnitIsThatOfTheFile) {
+  StepProduct made("Assembly");
+  made.use(made.root(), made.part("Box", box(0.05, 0.04, 0.03)), "Box", moved_by(0, 0, 0.1));
+  made.write(file());
+  std::ifstream in(file(), std::ios::binary);
+  std::string text((std::istreambuf_iterator<char>(in)), {});
+  const std::string millimetre = "SI_UNIT(.MILLI.,.METRE.)";
+  std::size_t at = text.find(millimetre);
+  ASSERT_NE(at, std::string::npos);
+  for (; at != std::string::npos; at = text.find(millimetre))
+    text.replace(at, millimetre.size(), "SI_UNIT($,.METRE.)");
+  std::ofstream(file(), std::ios::binary) << text;
+  const Product product = read_step(file());
+  EXPECT_NEAR(product.bodies.at(0).exact.volume, 0.05 * 0.04 * 0.03, 1e-12);
+  EXPECT_LT((product.instances.at(0).X_WB.p - Vec3(0, 0, 0.1)).norm(), 1e-9);
 }
 
 TEST_F(StepReader, StructureNamesColoursAndMaterialsAreKept) {

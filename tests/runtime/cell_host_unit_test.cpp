@@ -326,7 +326,8 @@ TEST_F(Hosted, TheLogOfTheServerHoldsSpawnedAndDeletedParts) {
     return "no error";
   };
   EXPECT_NE(refusal(directory_.path()).find("it is not a readable file"), std::string::npos);
-  EXPECT_NE(refusal(directory_ / "none").find("none' cannot be opened: it does not exist"), std::string::npos);
+  EXPECT_NE(refusal(directory_ / "none").find("none' cannot be opened: it does not exist"),
+            std::string::npos);
   EXPECT_NE(refusal(file_).find("cubes.yaml' is no log of takt: it begins otherwise"), std::string::npos);
 }
 

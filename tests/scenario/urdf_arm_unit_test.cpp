@@ -140,7 +140,7 @@ TEST_F(UrdfArmOfAFile, RefusesBadFiles) {
   std::string wide;
   for (int i = 0; i < 1000; ++i) wide += "<!-- <a> --><gazebo note=\"/\"/>\n";
   EXPECT_EQ(read(two_joints(joint("j2", "revolute", "b", "c") + wide)).arm.joint_count(), 2);
-  EXPECT_THAT(error_of("<scene/>"), HasSubstr("found no element <robot>"));
+  EXPECT_THAT(error_of("<scene/>"), HasSubstr("found <scene> as the root element; allowed: <robot>"));
   EXPECT_THAT(error_of(robot("")), HasSubstr("line 1: <robot>: found no <link>"));
 }
 

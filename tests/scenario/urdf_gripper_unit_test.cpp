@@ -108,7 +108,7 @@ TEST_F(UrdfGripperOfAFile, OtherFingersAreRefused) {
               HasSubstr("'finger1' and 'finger2' do not travel in opposite directions"));
   EXPECT_THAT(error(panda_like("1 0 0")), HasSubstr("do not travel in opposite directions"));
   EXPECT_THAT(error(panda_like(), {"finger1", "lift"}),
-              AllOf(HasSubstr("joint 'lift'"), HasSubstr("'finger1', 'finger2'")));
+              AllOf(HasSubstr("joint 'lift'"), HasSubstr("those are 'finger1', 'finger2'")));
   EXPECT_THAT(error(panda_like(), {"finger1", "none"}), HasSubstr("found 1 joints"));
 }
 
@@ -122,7 +122,8 @@ TEST_F(UrdfGripperOfAFile, TheCellHasItAndItGrips) {
   directory_.write(
       "cell.yaml",
       "takt_scenario: 1\nname: fingers\nduration_s: 1\n"
-      "parts:\n  Cube: {mesh: cube.obj, mass_kg: 0.1, pose: {position_m: [0, 0, 0.0966], rpy_deg: [0, 0, "
+      "parts:\n  Cube: {mesh: cube.obj, mass_kg: 0.1, hierarchy: 1, pose: {position_m: [0, 0, 0.0966], "
+      "rpy_deg: [0, 0, "
       "45]}}\n"
       "grounds:\n  Table: {mesh: cube.obj, pose: {position_m: [0, 0, 0.0566]}}\n"
       "robots:\n  Robot: {urdf: r.urdf, base_link: base, flange_link: flange, initial_joints_rad: [0]}\n"
