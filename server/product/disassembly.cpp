@@ -130,7 +130,7 @@ class Planner {
     return step;
   }
 
-  /// How many of the parts that stay fall if these leave: they were held against gravity, and are held no longer.
+  /// How many of the parts that stay would fall: only those that leave hold them against gravity.
   std::size_t dropped(const std::set<std::size_t>& parts, const std::set<std::size_t>& group) const {
     std::set<std::size_t> held, left;
     for (const Contact& contact : product_.contacts) {

@@ -19,8 +19,8 @@ export const chromium = {launch: async (options) => patient(await stock.launch(o
 
 // Opens the page of takt view once it shows a cell: the page, and short words for what tests do with it. What it says of
 // errors is kept in `problems`.
-export async function visit(browser, url, viewport = {width: 900, height: 560}) {
-  const page = await (await browser.newContext({viewport, acceptDownloads: true})).newPage();
+export async function visit(browser, url, viewport = {width: 900, height: 560}, colorScheme = 'light') {
+  const page = await (await browser.newContext({viewport, colorScheme, acceptDownloads: true})).newPage();
   const problems = [];
   page.on('pageerror', (error) => problems.push(error.message));
   page.on('console', (message) => { if (message.type() === 'error' && !message.text().includes('WebSocket')) problems.push(message.text()); });

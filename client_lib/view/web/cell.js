@@ -3,6 +3,7 @@ import * as THREE from 'three';
 import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
 import {ColladaLoader} from 'three/addons/loaders/ColladaLoader.js';
 import {OBJLoader} from 'three/addons/loaders/OBJLoader.js';
+import {RoomEnvironment} from 'three/addons/environments/RoomEnvironment.js';
 import {STLLoader} from 'three/addons/loaders/STLLoader.js';
 import URDFLoader from 'urdf-loader';
 import {ComponentType, PartState, nameOf} from './messages.js';
@@ -13,6 +14,10 @@ export const STATE_COLORS = {[PartState.free]: 0x7f8c97, [PartState.grasped]: 0x
 export const OPEN = 0x9aa7b4, CLOSED = 0xc2561a, GRIPS = 0xe08214, FORCE = 0xd6204e, CONTACT = 0x8a2be2, HOLDS = 0x20639b;
 const LONGEST = 0.25;  // m; larger forces are drawn like this, as they would leave the picture
 const COLORS = [0x2b3cff, 0x18b8d8, 0x2fbf4a, 0xf2d21b, 0xe2231a].map((color) => new THREE.Color(color));  // of pressures
+const TINT = 0.4;      // share of the colour of a part's state in that of the part
+const MOST_EDGES = 60000;  // triangles of a mesh whose edges are drawn
+const SHADE_PERIOD = {hard: 40, soft: 1000};  // ms between two pictures of the shadows: with a graphics card, and drawn by the processor
+const STATE = new THREE.Color();
 const UP = new THREE.Vector3(0, 1, 0);
 
 function matrixOf({position, rotation: r}) {
@@ -51,7 +56,7 @@ class Arrow extends THREE.Group {
 export class Cell {
   constructor(canvas) {
     this.canvas = canvas;
-    this.options = {byState: true, forces: true, contacts: true, holding: true, metresPerNewton: 0.03, follow: ''};
+    this.options = {byState: true, forces: true, contacts: true, holding: true, edges: true, frames: false, metresPerNewton: 0.03, follow: ''};
     THREE.Object3D.DEFAULT_UP.set(0, 0, 1);
     this.renderer = new THREE.WebGLRenderer({canvas, antialias: true, preserveDrawingBuffer: true});
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
@@ -64,13 +69,8 @@ export class Cell {
     this.orbit = new OrbitControls(this.camera, canvas);
     this.orbit.target.set(0, -0.1, 0.85);
     this.orbit.addEventListener('change', () => { this.dirty = true; });
-    this.scene.add(new THREE.HemisphereLight(0xffffff, 0x8a8f95, 2.2));
-    const sun = new THREE.DirectionalLight(0xffffff, 1.6);
-    sun.position.set(2, -3, 5);
-    this.scene.add(sun);
-    const grid = new THREE.GridHelper(6, 24, 0xaab2ba, 0xcfd5da);
-    grid.rotation.x = Math.PI / 2;
-    this.scene.add(grid);
+    this.renderer.toneMapping = THREE.ACESFilmicToneMapping;
+    this.light();
     this.plane = new THREE.Plane(new THREE.Vector3(-1, 0, 0), 0);
     this.world = new THREE.Group();
     this.marks = new THREE.Group();
@@ -82,7 +82,82 @@ export class Cell {
     requestAnimationFrame(this.draw);
   }
 
+  // A room around, the sky, and a sun with shadows. Without a graphics card shadows are drawn rarely.
+  light() {
+    const {renderer, scene} = this, info = renderer.getContext().getExtension('WEBGL_debug_renderer_info');
+    this.soft = /swiftshader|llvmpipe|software/i.test(info ? renderer.getContext().getParameter(info.UNMASKED_RENDERER_WEBGL) : '');
+    if (!this.soft) {
+      const pmrem = new THREE.PMREMGenerator(renderer);
+      scene.environment = pmrem.fromScene(new RoomEnvironment(), 0.04).texture;
+      scene.environmentIntensity = 0.35;
+      pmrem.dispose();
+    }
+    this.sky = new THREE.HemisphereLight(0xffffff, 0x8f959c, this.soft ? 1.9 : 1.3);
+    this.sun = new THREE.DirectionalLight(0xfff6e8, 2.4);
+    this.sun.castShadow = true;
+    this.sun.shadow.mapSize.setScalar(this.soft ? 1024 : 2048);
+    this.sun.shadow.normalBias = 0.01;
+    renderer.shadowMap.enabled = true;
+    renderer.shadowMap.type = this.soft ? THREE.BasicShadowMap : THREE.PCFSoftShadowMap;
+    renderer.shadowMap.autoUpdate = false;
+    this.floor = new THREE.Mesh(new THREE.PlaneGeometry(1, 1), new THREE.ShadowMaterial({opacity: 0.22}));
+    this.floor.receiveShadow = true;
+    scene.add(this.sky, this.sun, this.sun.target, this.floor);
+    this.paint(false);
+    this.lay(new THREE.Vector3(), 3, 0);
+  }
+
+  // Colours of the ground and of the sky.
+  paint(dark) {
+    this.dark = dark;
+    this.scene.background = new THREE.Color(dark ? 0x20272f : 0xe4e9ef);
+    if (this.grid) this.lay(this.middle, this.radius, this.low);
+    for (const {edges} of this.components ?? []) edges?.material.color.set(dark ? 0x0c0f12 : 0x2a323a);
+    this.dirty = true;
+  }
+
+  // Ground with lines every 0.1 m in small cells and 1 m in large ones, below all that is drawn, and the sun around it.
+  lay(middle, radius, low) {
+    Object.assign(this, {middle, radius, low});
+    const step = radius < 0.4 ? 0.05 : radius < 4 ? 0.25 : 1, half = Math.max(Math.ceil(2 * radius / step), 4) * step, center = new THREE.Vector3(Math.round(middle.x / step) * step, Math.round(middle.y / step) * step, low - 0.001);
+    this.grid?.removeFromParent();
+    this.grid?.dispose();
+    this.grid = new THREE.GridHelper(2 * half, Math.round(2 * half / step), this.dark ? 0x55606c : 0xa4adb7, this.dark ? 0x343d47 : 0xcbd2d9);
+    this.grid.rotation.x = Math.PI / 2;
+    this.grid.position.copy(center);
+    this.scene.add(this.grid);
+    this.floor.scale.setScalar(2 * half);
+    this.floor.position.copy(center).setZ(low - 0.002);
+    this.sun.position.set(middle.x + 1.2 * radius, middle.y - 1.4 * radius, middle.z + 2.6 * radius);
+    this.sun.target.position.copy(middle);
+    Object.assign(this.sun.shadow.camera, {left: -1.5 * radius, right: 1.5 * radius, top: 1.5 * radius, bottom: -1.5 * radius, near: 0.1 * radius, far: 8 * radius});
+    this.sun.shadow.camera.updateProjectionMatrix();
+    this.shaded = 0;
+    this.dirty = true;
+  }
+
+  // One thing of the cell is marked: a box around it. {kind, name} or null.
+  select(chosen) {
+    this.mark?.removeFromParent();
+    this.mark?.geometry.dispose();
+    this.mark = null;
+    this.chosen = chosen && this.world.children.find(({userData: {chosen: is}}) => is?.kind === chosen.kind && is.name === chosen.name) || null;
+    if (chosen?.kind === 'gripper') this.chosen = this.components[this.grippers.find(({name}) => name === chosen.name)?.palm]?.mesh ?? null;
+    if (this.chosen) this.scene.add(this.mark = new THREE.BoxHelper(this.chosen, 0x1f8fff));
+    this.dirty = true;
+  }
+
+  setFrames(on) {
+    for (const {axes} of this.components) axes.visible = on;
+    this.dirty = true;
+  }
+  setEdges(on) {
+    for (const {edges} of this.components) if (edges) edges.visible = on;
+    this.dirty = true;
+  }
+
   describe(description) {
+    this.select(null);
     this.world.clear();
     this.marks.clear();
     this.description = description;
@@ -94,8 +169,21 @@ export class Cell {
       flat.computeVertexNormals();
       const [r, g, b] = component.color.length >= 3 ? component.color : [0.7, 0.7, 0.7];
       const own = new THREE.Color().setRGB(r, g, b, THREE.SRGBColorSpace);
-      const mesh = new THREE.Mesh(flat, new THREE.MeshStandardMaterial({color: own, roughness: 0.75, side: THREE.DoubleSide}));
+      const mesh = new THREE.Mesh(flat, new THREE.MeshStandardMaterial({color: own, roughness: 0.6, metalness: 0.1, side: THREE.DoubleSide}));
       mesh.name = component.name;
+      mesh.userData.chosen = {kind: 'component', name: component.name};
+      mesh.castShadow = mesh.receiveShadow = true;
+      let edges = null;
+      if (component.triangles.length / 3 <= MOST_EDGES) {
+        edges = new THREE.LineSegments(new THREE.EdgesGeometry(geometry, 30), new THREE.LineBasicMaterial({color: this.dark ? 0x0c0f12 : 0x2a323a, transparent: true, opacity: 0.55}));
+        edges.visible = this.options.edges;
+        edges.raycast = () => {};
+        mesh.add(edges);
+      }
+      const axes = new THREE.AxesHelper(0.06);
+      axes.visible = this.options.frames;
+      axes.raycast = () => {};
+      mesh.add(axes);
       this.world.add(mesh);
       const arrow = new Arrow(FORCE), line = new THREE.Line(
         new THREE.BufferGeometry().setFromPoints([new THREE.Vector3(), new THREE.Vector3()]), new THREE.LineBasicMaterial({color: HOLDS, depthTest: false, transparent: true}));
@@ -103,7 +191,7 @@ export class Cell {
       line.visible = false;
       line.frustumCulled = false;
       this.marks.add(arrow, line);
-      return {mesh, own, arrow, line, type: component.type};
+      return {mesh, own, edges, axes, arrow, line, type: component.type};
     });
     this.grippers = description.grippers;
     this.missing = new Set();  // mesh files of robots that could not be had
@@ -121,6 +209,7 @@ export class Cell {
       const base = new THREE.Group();
       base.matrixAutoUpdate = false;
       base.matrix.copy(matrixOf(robot.base));
+      base.userData.chosen = {kind: 'robot', name: robot.name};
       base.add(model);
       this.world.add(base);
       return {model, joints: robot.joints.map((joint) => joint.name)};
@@ -136,6 +225,7 @@ export class Cell {
     const planes = this.section ? [this.plane] : [];
     model.traverse((part) => {
       if (!part.isMesh) return;
+      part.castShadow = part.receiveShadow = true;
       const [material] = [part.material].flat();
       part.material = new THREE.MeshStandardMaterial({color: material?.color ?? 0xb8c0c8, map: material?.map ?? null, vertexColors: Boolean(material?.vertexColors), roughness: 0.6, side: THREE.DoubleSide, clippingPlanes: planes});
     });
@@ -173,7 +263,10 @@ export class Cell {
         this.camera.position.add(moved);
         this.orbit.target.add(moved);
       }
-      component.mesh.material.color.set(options.byState ? STATE_COLORS[sample.state] ?? component.own : component.own);
+      const tint = options.byState ? STATE_COLORS[sample.state] : undefined;
+      component.mesh.material.color.copy(component.own);
+      if (tint !== undefined) component.mesh.material.color.lerp(STATE.set(tint), TINT);
+      component.arrow.userData.says = `force on ${component.mesh.name}: ${Math.hypot(f.x, f.y, f.z).toPrecision(4)} N`;
       component.arrow.set(component.mesh.position, along.set(f.x, f.y, f.z).multiplyScalar(options.forces && component.type === ComponentType.part ? options.metresPerNewton : 0));
       const holder = options.holding && sample.partner >= 0 ? state.components[sample.partner].position : null;
       component.line.visible = Boolean(holder);
@@ -192,6 +285,7 @@ export class Cell {
       const {model, joints} = this.robots[i];
       joints.forEach((name, k) => model.setJointValue?.(name, robot.position[k]));
     });
+    this.mark?.update();
     this.shown = true;
     this.dirty = true;
   }
@@ -212,7 +306,8 @@ export class Cell {
       arrow.visible = false;
       if (!contact) return;
       const {center_of_pressure: c, force: f} = contact;
-      const force = new THREE.Vector3(f.x, f.y, f.z);
+      const force = new THREE.Vector3(f.x, f.y, f.z), named = (index) => this.components[index]?.mesh.name;
+      disc.userData.says = arrow.userData.says = `${named(contact.base)} - ${named(contact.target)}\nforce ${force.length().toPrecision(4)} N\narea ${(1e6 * contact.area).toPrecision(3)} mm²\nlargest pressure ${(contact.largest_pressure / 1e6).toPrecision(3)} MPa`;
       disc.position.set(c.x, c.y, c.z);
       if (force.length() > 0) disc.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), force.clone().normalize());
       disc.scale.setScalar(Math.max(Math.sqrt(contact.area / Math.PI), 0.002));
@@ -264,7 +359,7 @@ export class Cell {
     this.plane.normal.set(axis === 'x' ? -1 : 0, axis === 'y' ? -1 : 0, axis === 'z' ? -1 : 0);
     this.plane.constant = this.cut;
     const planes = this.section ? [this.plane] : [];
-    this.world.traverse((part) => { if (part.isMesh) part.material.clippingPlanes = planes; });
+    this.world.traverse((part) => { if (part.isMesh || part.isLineSegments) part.material.clippingPlanes = planes; });
     this.dirty = true;
   }
 
@@ -291,13 +386,22 @@ export class Cell {
     if (this.width !== width || this.height !== height) {
       Object.assign(this, {width, height, dirty: true});
       this.renderer.setSize(width, height, false);
-      this.camera.aspect = width / Math.max(height, 1);
-      this.camera.updateProjectionMatrix();
+      const deep = this.eye?.deep ?? this.camera;
+      deep.aspect = width / Math.max(height, 1);
+      deep.updateProjectionMatrix();
+      this.onSize?.();
     }
+    this.eye?.step();
     if (!this.dirty) return;  // nothing is drawn while nothing moves
     this.dirty = false;
     this.frames = (this.frames || 0) + 1;
     this.orbit.update();
+    const now = performance.now();
+    if (now - (this.shaded || -Infinity) >= SHADE_PERIOD[this.soft ? 'soft' : 'hard']) {
+      this.renderer.shadowMap.needsUpdate = true;
+      this.shaded = now;
+    } else clearTimeout(this.later), this.later = setTimeout(() => { this.dirty = true; }, SHADE_PERIOD.soft);
+    this.onDraw?.();
     this.renderer.render(this.scene, this.camera);
   }
 

@@ -1,7 +1,11 @@
 import {Cell, STATES, STATE_COLORS, OPEN, CLOSED, GRIPS, FORCE, CONTACT, HOLDS, colorOf} from './cell.js';
 import {ComponentType, Pace, PartState, Severity, SimulationState, messages, nameOf} from './messages.js';
+import {Eye, Ruler} from './eye.js';
+import {Inspector} from './inspector.js';
 import {Link} from './link.js';
 import {Plots} from './plots.js';
+import {SceneTree} from './scene_tree.js';
+import {frame, keyboard} from './shell.js';
 import {Signals} from './signals.js';
 
 const $ = (id) => document.getElementById(id);
@@ -11,12 +15,20 @@ const seconds = (stamp) => (1e9 * stamp.sec + (stamp.nanosec ?? stamp.nsec)) / 1
 const topicOf = (name) => name.replace(/^\/[^/]*\//, '');
 
 // The last answer, whole where the pointer rests on it: there may be no room for all of it.
-function tell(sentence) { $('answer').textContent = $('answer').title = sentence; }
+let fading;
+function tell(sentence) {
+  $('answer').textContent = $('answer').title = sentence;
+  $('answer').classList.toggle('shown', Boolean(sentence));
+  clearTimeout(fading);
+  fading = setTimeout(() => $('answer').classList.remove('shown'), 6000);
+}
 
 const cell = new Cell($('cell'));
 cell.onMissing = (names) => {
   tell(`${names.length === 1 ? 'The mesh file' : `${names.length} mesh files, among them`} ${names[0]} of a robot ${names.length === 1 ? 'is' : 'are'} not there; start takt view with --files FOLDER.`);
 };
+const eye = new Eye(cell), ruler = new Ruler(cell);
+frame((dark) => cell.paint(dark));
 const signals = new Signals();
 const plots = new Plots($('plots'), () => { remember(); subscribe(); });
 const last = {};       // newest sample of each topic
@@ -25,7 +37,7 @@ let events = [], lastEvent = 0n, playback = null;
 // The view in the address, else the default view.
 const asked = (() => { try { return JSON.parse(decodeURIComponent(location.hash.slice(1)) || '{}'); } catch { return {}; } })();
 cell.setView(asked);
-for (const [id, name, factor] of [['by-state', 'byState'], ['forces', 'forces'], ['contacts', 'contacts'], ['holding', 'holding'], ['scale', 'metresPerNewton', 1000]]) {
+for (const [id, name, factor] of [['by-state', 'byState'], ['forces', 'forces'], ['contacts', 'contacts'], ['holding', 'holding'], ['edges', 'edges'], ['frames', 'frames'], ['scale', 'metresPerNewton', 1000]]) {
   const value = asked.options?.[name];
   if (typeof value !== (factor ? 'number' : 'boolean')) continue;
   cell.options[name] = value;
@@ -85,15 +97,18 @@ const takes = {
     cell.describe(description);
     plots.clear();
     offerDescribed(description);
+    tree.describe(description);
     const names = description.components.map(({name}) => name);
     $('follow').replaceChildren(new Option('nothing', ''), ...names.map((name) => new Option(name)));
     if (names.includes(cell.options.follow)) $('follow').value = cell.options.follow;
     else cell.options.follow = '';
     if (last.state) takes.state(last.state);
+    select(chosen);
     if (!plots.plots.length) (asked.plots ?? firstPlots(description)).forEach((name) => plots.add(name));
   },
   state(state) {
     cell.show(state);
+    first();
     drawn.state = drawn.graph = true;
   },
   contacts(contacts) {
@@ -214,7 +229,7 @@ function rows() {
     if ($('levels').dataset.key !== key) {
       $('levels').dataset.key = key;
       $('levels').replaceChildren(...s.processes.map(({name, level_of_detail: level}) => {
-        const label = element('label', `${name} LoD `), choice = element('select', '');
+        const label = element('label', s.processes.length === 1 ? 'LoD ' : `${name} LoD `), choice = element('select', '');
         for (const n of [1, 2, 3]) choice.append(new Option(n, n, false, n === level));
         choice.disabled = $('play').disabled;
         choice.onchange = () => ask('set_level_of_detail', {level_of_detail: Number(choice.value), process: name});
@@ -257,7 +272,11 @@ function eventList() {
 
 function draw() {
   requestAnimationFrame(draw);
-  if (drawn.status || drawn.state) rows();
+  if (drawn.status || drawn.state) {
+    rows();
+    if (last.state) $('clock').textContent = `${last.state.time.toFixed(3)} s`;
+    inspector.update(last.state, last.status);
+  }
   if (drawn.graph) graph();
   if (drawn.events) eventList();
   plots.draw();
@@ -307,11 +326,13 @@ $('pressure').onchange = () => {
   askForPressures();
 };
 
-const option = (id, name, value) => { $(id).onchange = () => { cell.options[name] = value($(id)); if (last.state) cell.show(last.state); if (last.contacts) cell.showContacts(last.contacts); remember(); }; };
+const option = (id, name, value) => { $(id).onchange = () => { cell.options[name] = value($(id)); if (last.state) cell.show(last.state); if (last.contacts) cell.showContacts(last.contacts); cell.setEdges(cell.options.edges); cell.setFrames(cell.options.frames); remember(); }; };
 option('by-state', 'byState', (box) => box.checked);
 option('forces', 'forces', (box) => box.checked);
 option('contacts', 'contacts', (box) => box.checked);
 option('holding', 'holding', (box) => box.checked);
+option('edges', 'edges', (box) => box.checked);
+option('frames', 'frames', (box) => box.checked);
 option('scale', 'metresPerNewton', (box) => Number(box.value) / 1000);
 option('follow', 'follow', (box) => box.value);
 const section = () => { $('cut').hidden = !$('section').value; cell.setSection($('section').value, $('cut').value); remember(); };
@@ -340,5 +361,69 @@ const line = (...children) => { const made = element('div', ''); made.append(...
 $('legend').replaceChildren(line('parts', ...Object.entries(STATES).flatMap(([state, name]) => mark(STATE_COLORS[state], name))), line('grippers', ...mark(OPEN, 'open'), ...mark(CLOSED, 'commanded to close'), ...mark(GRIPS, 'on a part')),
   line('marks', ...mark(FORCE, 'force on a part', 'line'), ...mark(CONTACT, 'contact', 'line'), ...mark(HOLDS, 'holding relation', 'line')));
 
+// --- what is looked at, and what is selected ------------------------------------------------------------------------
+let chosen = null, fitted = Boolean(asked.camera), generation = null;
+const inspector = new Inspector({ask, select, refusal: () => (playback ? 'A recording cannot be changed.' : observer() ? 'Observers may look, not touch.' : link.socket.readyState !== WebSocket.OPEN ? 'There is no connection to the cell.' : '')});
+const tree = new SceneTree(select);
+function observer() { return $('play').disabled; }
+// Tree, picture and inspector show the same one; null: nothing.
+function select(what) {
+  const there = what && signals.description?.[`${what.kind}s`]?.some(({name}) => name === what.name);
+  chosen = there ? {kind: what.kind, name: what.name} : null;
+  if (!signals.description || !last.state) return;
+  cell.select(chosen);
+  tree.mark(chosen);
+  inspector.open(chosen, signals.description, last.state, last.status);
+}
+// The first picture of a cell has all of it, unless the address says otherwise; so has that of another scenario.
+function first() {
+  const now = signals.description?.scenario;
+  if (!cell.description || (generation === now && generation !== null)) return;
+  const begin = generation === null;
+  generation = now;
+  const box = eye.bounds();
+  if (!box) return;
+  const size = box.getSize(new box.min.constructor());
+  cell.lay(box.getCenter(new box.min.constructor()), Math.max(0.6 * size.length(), 0.1), Math.min(box.min.z, 0));
+  if (!begin || !fitted) eye.fit('iso', null, false);
+}
+cell.onSize = () => { if (!fitted && generation !== null && !eye.past.length) eye.fit('iso', null, false); };
+cell.onDraw = () => {
+  const {length, pixels} = eye.scale();
+  $('scale-bar').firstChild.style.width = `${pixels.toFixed(0)}px`;
+  $('scale-bar').lastChild.textContent = length >= 1 ? `${length} m` : `${Number((1000 * length).toPrecision(2))} mm`;
+};
+const press = (id) => () => $(id).click();
+for (const button of document.querySelectorAll('[data-camera]')) button.onclick = () => eye.fit(button.dataset.camera);
+$('fit').onclick = () => eye.fit(null, cell.chosen);
+$('back').onclick = () => eye.back();
+const toggle = (id, changed) => { $(id).onclick = () => { const now = $(id).getAttribute('aria-pressed') !== 'true'; $(id).setAttribute('aria-pressed', String(now)); changed(now); }; };
+toggle('orthographic', (now) => eye.orthographic(now));
+toggle('measure', (now) => { ruler.clear(); tell(now ? 'Measure: click two points.' : ''); });
+let pressedAt = null;
+$('cell').addEventListener('pointerdown', (event) => { pressedAt = [event.clientX, event.clientY]; $('hint').hidden = true; });
+$('cell').addEventListener('pointerup', (event) => {
+  if (!pressedAt || event.button !== 0 || Math.hypot(event.clientX - pressedAt[0], event.clientY - pressedAt[1]) > 4) return;
+  const hit = eye.pick(event);
+  if ($('measure').getAttribute('aria-pressed') === 'true') { if (hit) tell(ruler.take(hit)); } else select(hit?.chosen ?? null);
+});
+let hovered = 0;
+$('cell').addEventListener('pointermove', (event) => {
+  if (event.buttons || performance.now() - hovered < 100) return;
+  hovered = performance.now();
+  const hit = eye.pick(event, true);
+  $('hint').hidden = !hit?.says;
+  if (hit?.says) Object.assign($('hint'), {textContent: hit.says}), Object.assign($('hint').style, {left: `${event.offsetX + 14}px`, top: `${event.offsetY + 10}px`});
+});
+$('cell').addEventListener('pointerleave', () => { $('hint').hidden = true; });
+const camera = (name) => () => document.querySelector(`[data-camera=${name}]`).click();
+keyboard([
+  [' ', 'run or pause', () => $(last.status?.state === SimulationState.playing ? 'pause' : 'play').click()], ['.', 'step', press('step')], ['R', 'reset', press('reset')],
+  ['f', 'fit to the cell, or to what is selected', press('fit')], ['1', 'isometric', camera('iso')], ['2', 'front', camera('front')], ['3', 'right', camera('right')], ['4', 'top', camera('top')],
+  ['o', 'orthographic or perspective', press('orthographic')], ['z', 'previous view', press('back')], ['m', 'measure between two points', press('measure')], ['Escape', 'select nothing', () => select(null)],
+  ['c', 'colour by state', press('by-state')], ['e', 'edges', press('edges')], ['a', 'frames (axes)', press('frames')], ['/', 'find a component', () => { if (document.body.classList.contains('no-tree')) $('fold-tree').click(); $('find').focus(); }],
+  ['t', 'scene tree', press('fold-tree')], ['i', 'inspector', press('fold-inspector')], ['b', 'timeline and curves', press('fold-bottom')], ['d', 'light or dark theme', press('theme')], ['?', 'this list', press('help')],
+]);
+
 // For tests and for the console of the browser.
-window.takt = {cell, link, last, plots, place: (name) => cell.place(name)};
+window.takt = {cell, eye, link, last, plots, select, selected: () => chosen, place: (name) => cell.place(name)};

@@ -1,0 +1,141 @@
+// Where one looks at the cell from, what a pointer meets there, and the scale that goes with it.
+import * as THREE from 'three';
+
+const FROM = {iso: [0.75, 1, 0.62], front: [0, -1, 0], right: [1, 0, 0], top: [0, -1e-4, 1]};
+const FLIGHT = 350;  // ms
+
+export class Eye {
+  constructor(cell) {
+    Object.assign(this, {cell, past: [], ray: new THREE.Raycaster(), flight: null});
+    this.flat = new THREE.OrthographicCamera(-1, 1, 1, -1, -100, 200);
+    this.flat.up.set(0, 0, 1);
+    this.deep = cell.camera;
+    cell.eye = this;
+    cell.orbit.addEventListener('start', () => { this.flight = null; this.note(); });
+  }
+
+  // Around one component, or all that is drawn; null where there is nothing.
+  bounds(of = null) {
+    const box = new THREE.Box3();
+    this.cell.scene.updateMatrixWorld(true);
+    for (const thing of of ? [of] : this.cell.world.children) if (of || thing.visible) box.expandByObject(thing);
+    return box.isEmpty() ? null : box;
+  }
+
+  // From `direction` (kept without one) so that the box is in the picture with some air around it.
+  fit(direction = null, of = null, fly = true) {
+    const box = this.bounds(of), {cell} = this;
+    if (!box) return;
+    const towards = direction ? new THREE.Vector3(...FROM[direction]).normalize() : cell.camera.position.clone().sub(cell.orbit.target).normalize();
+    const target = box.getCenter(new THREE.Vector3());
+    // The eight corners, seen from there: so far that the widest and the highest are inside.
+    const look = new THREE.Matrix4().lookAt(towards, new THREE.Vector3(), new THREE.Vector3(0, 0, 1)).invert(), corner = new THREE.Vector3();
+    const high = Math.tan(THREE.MathUtils.degToRad(this.deep.fov / 2)) / 1.15, wide = high * this.deep.aspect;
+    let distance = 0.1;
+    for (let i = 0; i < 8; ++i) {
+      corner.set(box[i & 1 ? 'max' : 'min'].x, box[i & 2 ? 'max' : 'min'].y, box[i & 4 ? 'max' : 'min'].z).sub(target).applyMatrix4(look);
+      distance = Math.max(distance, corner.z + Math.abs(corner.x) / wide, corner.z + Math.abs(corner.y) / high);
+    }
+    if (of) distance = Math.max(distance * 1.6, 0.1);
+    const position = target.clone().addScaledVector(towards, distance);
+    if (!fly) { cell.camera.position.copy(position); cell.orbit.target.copy(target); cell.orbit.update(); cell.dirty = true; return; }
+    this.note();
+    this.fly(position, target);
+  }
+
+  fly(position, target) {
+    const {cell} = this, still = matchMedia('(prefers-reduced-motion: reduce)').matches;
+    this.flight = {began: performance.now(), time: still ? 0 : FLIGHT, from: cell.camera.position.clone(), to: position, target: cell.orbit.target.clone(), at: target};
+    cell.dirty = true;
+  }
+
+  // Each frame: the flight goes on, and the flat camera shows as much as the deep one.
+  step() {
+    const {cell, flight, flat} = this;
+    if (flight) {
+      const part = flight.time ? Math.min((performance.now() - flight.began) / flight.time, 1) : 1, smooth = part * part * (3 - 2 * part);
+      cell.camera.position.lerpVectors(flight.from, flight.to, smooth);
+      cell.orbit.target.lerpVectors(flight.target, flight.at, smooth);
+      if (part >= 1) { this.flight = null; cell.orbit.dispatchEvent({type: 'end'}); }
+      cell.dirty = true;
+    }
+    if (cell.camera === flat) {
+      const high = flat.position.distanceTo(cell.orbit.target) * Math.tan(THREE.MathUtils.degToRad(this.deep.fov / 2));
+      Object.assign(flat, {left: -high * this.deep.aspect, right: high * this.deep.aspect, top: high, bottom: -high});
+      flat.updateProjectionMatrix();
+    }
+  }
+
+  orthographic(on) {
+    const {cell} = this, camera = on ? this.flat : this.deep;
+    camera.position.copy(cell.camera.position);
+    camera.quaternion.copy(cell.camera.quaternion);
+    cell.camera = cell.orbit.object = camera;
+    cell.orbit.update();
+    cell.dirty = true;
+  }
+
+  // The views before this one, for the way back.
+  note() {
+    this.past.push({position: this.cell.camera.position.clone(), target: this.cell.orbit.target.clone()});
+    if (this.past.length > 50) this.past.shift();
+  }
+  back() {
+    const last = this.past.pop();
+    if (last) this.fly(last.position, last.target);
+  }
+
+  // What is drawn under a place of the canvas: {chosen, point, normal} or null. Contacts only with `contacts`.
+  pick({offsetX, offsetY}, contacts = false) {
+    const {cell} = this, at = new THREE.Vector2(2 * offsetX / cell.canvas.clientWidth - 1, 1 - 2 * offsetY / cell.canvas.clientHeight);
+    this.ray.setFromCamera(at, cell.camera);
+    if (contacts)
+      for (const hit of this.ray.intersectObjects(cell.marks.children.filter(({visible}) => visible), true)) {
+        let thing = hit.object;
+        while (thing && !thing.userData.says) thing = thing.parent;
+        if (thing) return {says: thing.userData.says, point: hit.point};
+      }
+    for (const hit of this.ray.intersectObject(cell.world, true)) {
+      if (!hit.object.isMesh || !hit.object.visible || (cell.section && cell.plane.distanceToPoint(hit.point) < 0)) continue;
+      let thing = hit.object;
+      while (thing && !thing.userData.chosen) thing = thing.parent;
+      if (thing) return {chosen: thing.userData.chosen, point: hit.point, normal: hit.face?.normal.clone().transformDirection(hit.object.matrixWorld)};
+    }
+    return null;
+  }
+
+  // A round length of 60 to 150 pixels at the target, and its pixels.
+  scale() {
+    const {cell} = this, perPixel = 2 * cell.camera.position.distanceTo(cell.orbit.target) * Math.tan(THREE.MathUtils.degToRad(this.deep.fov / 2)) / Math.max(cell.canvas.clientHeight, 1);
+    const most = 150 * perPixel, ten = 10 ** Math.floor(Math.log10(most)), length = most >= 5 * ten ? 5 * ten : most >= 2 * ten ? 2 * ten : ten;
+    return {length, pixels: length / perPixel};
+  }
+}
+
+// From one point on a surface to another, with the angle between their faces.
+export class Ruler {
+  constructor(cell) {
+    this.cell = cell;
+    this.points = [];
+    this.line = new THREE.Line(new THREE.BufferGeometry().setFromPoints([new THREE.Vector3(), new THREE.Vector3()]), new THREE.LineBasicMaterial({color: 0xf0b000, depthTest: false}));
+    this.line.visible = this.line.frustumCulled = false;
+    this.line.renderOrder = 5;
+    cell.scene.add(this.line);
+  }
+  clear() { this.points = []; this.line.visible = false; this.cell.dirty = true; }
+  // The sentence of the measurement once there are two points.
+  take({point, normal}) {
+    if (this.points.length === 2) this.clear();
+    this.points.push({point, normal});
+    if (this.points.length < 2) return 'Measure: click the second point.';
+    const [a, b] = this.points, along = b.point.clone().sub(a.point), at = this.line.geometry.attributes.position;
+    at.setXYZ(0, ...a.point.toArray());
+    at.setXYZ(1, ...b.point.toArray());
+    at.needsUpdate = true;
+    this.line.visible = this.cell.dirty = true;
+    const mm = (value) => (1000 * value).toFixed(2);
+    const turn = a.normal && b.normal ? THREE.MathUtils.radToDeg(Math.acos(Math.max(-1, Math.min(1, a.normal.dot(b.normal))))) : null;
+    const gap = turn !== null && (turn < 1 || turn > 179) ? `; parallel faces, ${mm(Math.abs(along.dot(a.normal)))} mm apart` : turn !== null ? `; faces at ${turn.toFixed(1)}°` : '';
+    return `${mm(along.length())} mm (x ${mm(along.x)}, y ${mm(along.y)}, z ${mm(along.z)})${gap}`;
+  }
+}

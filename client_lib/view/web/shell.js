@@ -1,0 +1,69 @@
+// The frame of the page: icons, theme, panels that fold, keys and their list.
+import {Box, Keyboard, Maximize, PanelBottom, PanelLeft, PanelRight, Pause, Play, RotateCcw, Ruler, StepForward, SunMoon, Undo2, createElement} from 'lucide';
+import '@awesome.me/webawesome/dist/styles/themes/default.css';
+import '@awesome.me/webawesome/dist/components/dialog/dialog.js';
+import '@awesome.me/webawesome/dist/components/tree/tree.js';
+import '@awesome.me/webawesome/dist/components/tree-item/tree-item.js';
+
+const ICONS = {Box, Keyboard, Maximize, PanelBottom, PanelLeft, PanelRight, Pause, Play, RotateCcw, Ruler, StepForward, SunMoon, Undo2};
+const PANELS = ['tree', 'inspector', 'bottom'];
+const $ = (id) => document.getElementById(id);
+
+// What a user chose stays for the next visit; a browser may refuse to keep it.
+const keep = (key, value) => { try { localStorage.setItem(`takt.${key}`, value); } catch { /* not kept */ } };
+const kept = (key) => { try { return localStorage.getItem(`takt.${key}`); } catch { return null; } };
+
+// themed(dark): called at once and at each change.
+export function frame(themed) {
+  for (const place of document.querySelectorAll('[data-icon]')) place.append(createElement(ICONS[place.dataset.icon], {'aria-hidden': 'true'}));
+  const system = matchMedia('(prefers-color-scheme: dark)');
+  const dark = () => (kept('theme') ? kept('theme') === 'dark' : system.matches);
+  const dress = () => {
+    document.documentElement.classList.toggle('wa-dark', dark());
+    document.documentElement.classList.toggle('wa-light', !dark());
+    themed(dark());
+  };
+  system.addEventListener('change', dress);
+  $('theme').onclick = () => { keep('theme', dark() ? 'light' : 'dark'); dress(); };
+  dress();
+  // Narrow screens begin with the cell alone; low ones without curves.
+  const narrow = innerWidth <= 820, room = {tree: innerWidth >= 1200, inspector: !narrow, bottom: !narrow};
+  for (const panel of PANELS) {
+    const fold = (folded) => {
+      document.body.classList.toggle(`no-${panel}`, folded);
+      $(`fold-${panel}`).setAttribute('aria-pressed', String(!folded));
+      $(`fold-${panel}`).setAttribute('aria-expanded', String(!folded));
+    };
+    fold(!narrow && kept(panel) ? kept(panel) === 'folded' : !room[panel]);
+    $(`fold-${panel}`).onclick = () => {
+      const folded = !document.body.classList.contains(`no-${panel}`);
+      fold(folded);
+      if (narrow && !folded) for (const other of ['tree', 'inspector']) if (other !== panel && panel !== 'bottom') $(`fold-${other}`).getAttribute('aria-expanded') === 'true' && $(`fold-${other}`).click();
+      if (!narrow) keep(panel, folded ? 'folded' : 'open');
+    };
+  }
+}
+
+// keys: [key, sentence, action]; a press of a key does what its button does, except while one types.
+export function keyboard(keys) {
+  const rows = keys.map(([key, sentence]) => {
+    const row = document.createElement('tr'), name = document.createElement('td'), what = document.createElement('td'), shown = document.createElement('kbd');
+    shown.textContent = key === ' ' ? 'space' : key;
+    name.append(shown);
+    what.textContent = sentence;
+    row.append(name, what);
+    return row;
+  });
+  $('keys').querySelector('tbody').replaceChildren(...rows);
+  $('help').onclick = () => { $('keys').open = true; };
+  addEventListener('keydown', (event) => {
+    if (event.ctrlKey || event.metaKey || event.altKey || $('keys').open) return;
+    const at = event.target;
+    if (at.matches?.('select, textarea, input:not([type=checkbox]):not([type=range]), [contenteditable=true]') || at.closest?.('.cm-editor')) return;
+    if (event.key === ' ' && at.matches?.('button, input, summary, wa-tree-item')) return;  // the space bar presses what has the focus
+    const found = keys.find(([key]) => key === event.key);
+    if (!found) return;
+    event.preventDefault();
+    found[2]();
+  });
+}

@@ -1,0 +1,114 @@
+// The look of the page: its first picture of several cells has all of the cell, in three sizes, light and dark; a selection
+// is the same in tree, picture and inspector, by mouse and by key; requests of the inspector are in the state on DDS.
+// TAKT_SCREENSHOT=FOLDER/NAME.png keeps the pictures as FOLDER/CELL_WIDTH_THEME.png.
+import {strict as assert} from 'node:assert';
+import {dirname} from 'node:path';
+import {chromium, executable, visit} from './browser.mjs';
+import {server, start, stop, takt, view} from './processes.mjs';
+
+const browser = await chromium.launch(executable());
+const SIZES = [[1400, 900], [2560, 1440], [390, 844]];
+const running = await server('--paused');
+const {child: bridge, url} = await view();
+const begun = Date.now();
+const stage = (what) => console.log(`${((Date.now() - begun) / 1000).toFixed(1)} s: ${what}`);
+const first = await visit(browser, url, {width: 1400, height: 900});
+const {page, until, ask} = first;
+
+stage('selection');
+await page.locator('wa-tree-item', {hasText: /^P$/}).last().click();
+await until(() => takt.selected()?.name === 'P');
+assert.equal(await page.locator('#selection h2').textContent(), 'P');
+assert.equal(await ask(() => takt.cell.chosen.name), 'P');
+// The key takes it away, and a click in the picture brings one back.
+await page.locator('#cell').focus();
+await page.keyboard.press('Escape');
+assert.equal(await ask(() => takt.selected()), null);
+await page.keyboard.press('4');
+await until(() => takt.eye.flight === null && Math.abs(takt.cell.camera.position.x - takt.cell.orbit.target.x) < 0.01);
+const at = await ask(() => {
+  const {camera, canvas, components} = takt.cell, p = components.find(({mesh}) => mesh.name === 'P').mesh.geometry;
+  p.computeBoundingSphere();
+  camera.updateMatrixWorld();
+  const {x, y} = p.boundingSphere.center.clone().applyMatrix4(components.find(({mesh}) => mesh.name === 'P').mesh.matrixWorld).project(camera), box = canvas.getBoundingClientRect();
+  return [box.left + (x + 1) / 2 * box.width, box.top + (1 - y) / 2 * box.height];
+});
+await page.mouse.click(...at);
+await until(() => takt.selected() !== null);
+const hit = await ask(() => takt.selected().name);
+assert.equal(await page.locator('#selection h2').textContent(), hit);
+assert.ok((await page.locator('wa-tree-item[selected]').last().textContent()).includes(hit));
+await page.keyboard.press('z');
+await until(() => takt.eye.flight === null);
+
+stage('requests');
+// A Part is put elsewhere while the cell stands, and a gripper's signal is forced: the state on DDS has both.
+await ask(() => takt.select({kind: 'component', name: 'P'}));
+const x = Number(Object.values(takt('state').components.P.position)[0]) * 1000;
+await page.locator('#selection input').first().fill(String((x + 5).toFixed(3)));
+await page.locator('#selection button', {hasText: 'put'}).click();
+await until((wanted) => Math.abs(takt.last.state.components[takt.last.description.components.findIndex(({name}) => name === 'P')].position.x * 1000 - wanted) < 0.01, x + 5);
+assert.ok(Math.abs(1000 * Object.values(takt('state').components.P.position)[0] - (x + 5)) < 0.01);
+await page.locator('#selection button', {hasText: 'explain'}).click();
+await until(() => [...document.querySelectorAll('#selection p')].at(-1).textContent.includes('P'));
+await ask(() => takt.select({kind: 'gripper', name: 'Gripper1'}));
+await page.locator('#selection button', {hasText: 'force closed'}).press('Enter');
+await until(() => takt.last.state.grippers[0].forced !== 0);
+await page.locator('#selection button', {hasText: 'release'}).click();
+await until(() => takt.last.state.grippers[0].forced === 0);
+
+stage('observer');
+const observer = await visit(browser, `${url}?observer`, {width: 1400, height: 900});
+await observer.ask(() => takt.select({kind: 'component', name: 'P'}));
+await observer.until(() => document.querySelector('#selection .why')?.textContent.includes('Observers'));
+assert.ok(await observer.page.locator('#selection button', {hasText: 'put'}).isDisabled());
+await observer.page.close();
+
+stage('keys and folding');
+await page.locator('#cell').focus();
+await page.keyboard.press('.');
+await until(() => takt.last.state.step >= 10n);
+await page.keyboard.press('i');
+assert.ok(await page.locator('#inspector').isHidden());
+await page.click('#fold-inspector');
+assert.ok(await page.locator('#inspector').isVisible());
+await page.locator('#cell').focus();
+await page.keyboard.press('?');
+await until(() => document.querySelector('#keys').open);
+await page.keyboard.press('Escape');
+await until(() => !document.querySelector('#keys').open);
+assert.deepEqual(first.problems, []);
+await page.close();
+await stop(running);
+
+stage('pictures');
+// All corners of what is drawn are in the picture, at each size and in both themes.
+for (const scenario of ['block_assembly', 'chainsaw_motor', 'bev_rotor', 'nut_on_bolt', 'gear_on_shaft']) {
+  const cell = await start('takt-server', [`${process.env.TAKT_SOURCES}/config/scenarios/${scenario}.yaml`, '--cell', process.env.TAKT_CELL, '--paused']);
+  for (const [width, height] of SIZES)
+    for (const colorScheme of ['light', 'dark']) {
+      const seen = await visit(browser, url, {width, height}, colorScheme);
+      await seen.until((name) => takt.last.description?.scenario !== undefined && takt.cell.radius > 0 && takt.cell.grid, scenario);
+      await seen.pixels();
+      const outside = await seen.ask(() => {
+        const {camera} = takt.cell, box = takt.eye.bounds(), out = [];
+        camera.updateMatrixWorld();
+        for (let i = 0; i < 8; ++i) {
+          const {x, y} = box.min.clone().set(box[i & 1 ? 'max' : 'min'].x, box[i & 2 ? 'max' : 'min'].y, box[i & 4 ? 'max' : 'min'].z).project(camera);
+          if (Math.abs(x) > 1 || Math.abs(y) > 1) out.push([x, y]);
+        }
+        return out;
+      });
+      assert.deepEqual(outside, [], `${scenario} at ${width} x ${height}`);
+      assert.equal(await seen.ask(() => document.documentElement.classList.contains('wa-dark')), colorScheme === 'dark');
+      assert.ok(await seen.ask(() => document.documentElement.scrollWidth <= innerWidth), 'nothing beside the screen');
+      if (process.env.TAKT_SCREENSHOT) await seen.page.screenshot({path: `${dirname(process.env.TAKT_SCREENSHOT)}/${scenario}_${width}_${colorScheme}.png`});
+      assert.deepEqual(seen.problems, []);
+      await seen.page.context().close();
+    }
+  await stop(cell);
+}
+await browser.close();
+await stop(bridge);
+console.log('whole cells in three sizes and two themes; selection, requests and keys');
+process.exit(0);
