@@ -329,8 +329,9 @@ class Finder {
                                    std::size_t j) const {
     if (a.face.concave == b.face.concave) return std::nullopt;
     const bool fasteners = fastener_[i] || fastener_[j];
-    const double clearance =
-        a.face.concave ? a.face.radius_m - b.face.radius_m : b.face.radius_m - a.face.radius_m;
+    constexpr double kRounding_m = 5e-8;
+    double clearance = a.face.concave ? a.face.radius_m - b.face.radius_m : b.face.radius_m - a.face.radius_m;
+    if (std::abs(clearance) < kRounding_m) clearance = 0.0;
     const double radius = std::max(a.face.radius_m, b.face.radius_m);
     const bool fits =
         clearance <= tolerances_.largest_clearance_m && clearance >= -tolerances_.largest_interference_m;

@@ -113,8 +113,8 @@ class Planner {
             weight += mass(p), fasteners = std::max(fasteners, threads_[p] > 0 ? 1 : 0);
           const Vec3& direction = removal_.directions()[d];
           const int upwards = direction.z() > 0.999 ? 0 : direction.z() < -0.999 ? 2 : 1;
-          Choice choice{{parts->size(), dropped(*parts, group), -fasteners, slides(*parts, direction) ? 1 : 0,
-                         upwards, weight, i},
+          Choice choice{{parts->size(), dropped(*parts, group, base), -fasteners,
+                         slides(*parts, direction) ? 1 : 0, upwards, weight, i},
                         *parts,
                         d};
           if (!best || choice.rank < best->rank) best = std::move(choice);
@@ -131,14 +131,15 @@ class Planner {
   }
 
   /// How many of the parts that stay would fall: only those that leave hold them against gravity.
-  std::size_t dropped(const std::set<std::size_t>& parts, const std::set<std::size_t>& group) const {
+  std::size_t dropped(const std::set<std::size_t>& parts, const std::set<std::size_t>& group,
+                      std::size_t base) const {
     std::set<std::size_t> held, left;
     for (const Contact& contact : product_.contacts) {
       if (!group.contains(contact.first) || !group.contains(contact.second)) continue;
       const bool stays = !parts.contains(contact.first) && !parts.contains(contact.second);
       for (const bool first : {true, false}) {
         const std::size_t part = first ? contact.first : contact.second;
-        if (parts.contains(part) || !carries(contact, first)) continue;
+        if (part == base || parts.contains(part) || !carries(contact, first)) continue;
         held.insert(part);
         if (stays) left.insert(part);
       }

@@ -45,7 +45,8 @@ class StepReader : public testing::Test {
 };
 
 TEST_F(StepReader, VolumesAndCentresAreThoseOfTheSolids) {
-  for (const char* unit : {"MM", "INCH"}) {
+  // OpenCASCADE writes the numbers as they are, below the unit that it is given.
+  for (const auto& [unit, k] : {std::pair{"MM", 1.0}, std::pair{"INCH", 25.4}}) {
     StepProduct made("Assembly");
     made.use(made.root(), made.part("Plate", bored(60, 10, 8)), "Plate");
     made.use(made.root(), made.part("Pin", cylinder(7.9, 30)), "Pin", moved_by(0, 0, -5));
@@ -54,12 +55,13 @@ TEST_F(StepReader, VolumesAndCentresAreThoseOfTheSolids) {
     ASSERT_EQ(product.instances.size(), 2U) << unit;
     const product::Body& plate = product.bodies[instance(product, "Plate").body];
     const product::Body& pin = product.bodies[instance(product, "Pin").body];
-    EXPECT_NEAR(plate.exact.volume, (0.06 * 0.06 - M_PI * 0.008 * 0.008) * 0.01, 1e-12) << unit;
-    EXPECT_NEAR(pin.exact.volume, M_PI * 0.0079 * 0.0079 * 0.03, 1e-12) << unit;
-    EXPECT_LT((pin.exact.p_BBcm - Vec3(0, 0, 0.015)).norm(), 1e-9) << unit;
-    EXPECT_NEAR(pin.exact.G_BBcm_B(2, 2), 0.5 * 0.0079 * 0.0079, 1e-10) << unit;
-    EXPECT_NEAR(pin.exact.G_BBcm_B(0, 0), (3 * 0.0079 * 0.0079 + 0.03 * 0.03) / 12.0, 1e-10) << unit;
-    EXPECT_LT((instance(product, "Pin").X_WB.p - Vec3(0, 0, -0.005)).norm(), 1e-9) << unit;
+    const double k2 = k * k, k3 = k * k * k, r = 0.0079, h = 0.03;
+    EXPECT_NEAR(plate.exact.volume / k3, (0.06 * 0.06 - M_PI * 0.008 * 0.008) * 0.01, 1e-12) << unit;
+    EXPECT_NEAR(pin.exact.volume / k3, M_PI * r * r * h, 1e-12) << unit;
+    EXPECT_LT((pin.exact.p_BBcm / k - Vec3(0, 0, h / 2)).norm(), 1e-9) << unit;
+    EXPECT_NEAR(pin.exact.G_BBcm_B(2, 2) / k2, r * r / 2, 1e-10) << unit;
+    EXPECT_NEAR(pin.exact.G_BBcm_B(0, 0) / k2, (3 * r * r + h * h) / 12.0, 1e-10) << unit;
+    EXPECT_LT((instance(product, "Pin").X_WB.p / k - Vec3(0, 0, -0.005)).norm(), 1e-9) << unit;
     EXPECT_TRUE(check_closed(plate.mesh).ok());
     EXPECT_NEAR(volume_properties(pin.mesh).volume, pin.exact.volume, 0.02 * pin.exact.volume);
     int concave = 0, planes = 0;
