@@ -6,6 +6,7 @@
 #include <set>
 #include <sstream>
 
+#include "idl/common/parse.h"
 #include "idl/common/text.h"
 #include "server/fields/fields.h"
 #include "server/scenario/scenario_names.h"
@@ -28,6 +29,15 @@ std::vector<std::string> keys_of(const YAML::Node& map) {
   std::vector<std::string> keys;
   for (const auto& entry : map) keys.push_back(entry.first.as<std::string>(std::string()));
   return keys;
+}
+
+/// An element of a list, by its number.
+std::size_t element_index(const YAML::Node& list, const std::string& key, const std::string& text) {
+  const auto index = finite_number(key);
+  if (index && *index >= 0.0 && *index == std::floor(*index) && *index < static_cast<double>(list.size()))
+    return static_cast<std::size_t>(*index);
+  throw ScenarioError("--set " + text + ": found '" + key + "'; allowed: an element of the list, " +
+                      (list.size() == 0 ? "which is empty" : "0 to " + std::to_string(list.size() - 1)));
 }
 
 // --set: replaces one value of the tree. Missing keys are created; the reader later refuses unknown ones.
@@ -55,14 +65,17 @@ void apply_override(YAML::Node& root, const std::string& text, const ScenarioOpt
                         "; a new one is given whole, --set '" + keys.front() + "." + keys[1] + "={...}'");
   YAML::Node node = root;
   for (std::size_t i = 0; i + 1 < keys.size(); ++i) {
-    YAML::Node next = node[keys[i]];
-    if (next.IsDefined() && !next.IsNull() && !next.IsMap()) {
+    YAML::Node next = node.IsSequence() ? node[element_index(node, keys[i], text)] : node[keys[i]];
+    if (next.IsDefined() && !next.IsNull() && !next.IsMap() && !next.IsSequence()) {
       throw ScenarioError("--set " + text + ": '" + keys[i] +
                           "' is not a mapping; allowed: the keys of the scenario file");
     }
     node.reset(next);
   }
-  node[keys.back()] = value;
+  if (node.IsSequence())
+    node[element_index(node, keys.back(), text)] = value;
+  else
+    node[keys.back()] = value;
   const auto option = options.option_of.find(key);
   source.overridden[key] = option == options.option_of.end() ? "--set" : option->second;
 }

@@ -62,7 +62,7 @@ TEST_F(Hosted, AHostWithoutAScenarioAnswersGeneralRequests) {
   expect_reply(request("delete_entity", {{"entity", "A"}}), Result::incorrect_state, nothing_loaded);
   expect_reply(request("watch_pressures", {{"pairs", "*"}}), Result::incorrect_state, nothing_loaded);
   expect_reply(request("unload_scenario"), Result::no_scenario_loaded, "No scenario is loaded.");
-  expect_reply(request("reload_scenario"), Result::no_scenario_loaded, "none to load again");
+  expect_reply(request("reload_scenario"), Result::no_scenario_loaded, "there is no file to load again");
   expect_reply(request("set_state", {{"state", "3"}}), Result::ok, "The server ends.");
   EXPECT_EQ(quits_.load(), 1);
 }

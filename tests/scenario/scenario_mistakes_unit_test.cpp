@@ -275,6 +275,8 @@ TEST(ScenarioMistakes, MistakesOnTheCommandLineAreNamed) {
   EXPECT_THAT(
       mistake_in(text, {"name.first=x"}),
       HasSubstr("--set name.first=x: 'name' is not a mapping; allowed: the keys of the scenario file"));
+  EXPECT_THAT(mistake_in(one_part("pose: {position_m: [0, 0, 0]}"), {"parts.A.pose.position_m.3=1"}),
+              HasSubstr("found '3'; allowed: an element of the list, 0 to 2"));
   // A section replaced as a whole is the command line's, with all its keys; other sections are not.
   EXPECT_THAT(mistake_in(text, {"parts.A={mesh: a.obj, mass_kg: -1, hierarchy: 2}"}),
               HasSubstr("--set: parts.A.mass_kg: found -1"));

@@ -1,14 +1,17 @@
 // takt: look at a running cell and control it from the command line.
 #include <takt_build_info.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "client_lib/tools/connection_options.h"
 #include "client_lib/tools/takt/commands.h"
@@ -32,6 +35,7 @@ Examples:
   takt record run.mcap                   everything, until Ctrl-C; takt replay, export and plot read it
   takt record run.csv --duration 10      10 s of simulated time
   takt check scenario.yaml               compare with the positions the scenario expects at its end
+  takt from-cad gearbox.step -o gearbox  a STEP file as a cell
   takt --cell line2 --domain 3 status    another cell (or: TAKT_CELL=line2 TAKT_DOMAIN=3 takt status)
 takt COMMAND --help shows examples of each command.
 
@@ -39,6 +43,23 @@ With --json every command writes one JSON document, those that follow something 
 {"error": ..., "kind": ..., "result": ...}.
 
 Exit codes: 0 ok; 1 refused or failed, or not as expected; 2 wrong usage; 3 no such cell, or it went away.)";
+
+/// Runs the program of this name beside this one, in its place. Returns only if there is none.
+int become(const std::string& program, const std::vector<std::string>& arguments) {
+  std::error_code problem;
+  const auto path = std::filesystem::read_symlink("/proc/self/exe", problem).parent_path() / program;
+  std::vector<std::string> all{program};
+  all.insert(all.end(), arguments.begin(), arguments.end());
+  std::vector<char*> argv;
+  for (std::string& one : all) argv.push_back(one.data());
+  argv.push_back(nullptr);
+  ::execv(path.c_str(), argv.data());
+  std::fprintf(stderr,
+               "takt: there is no program %s beside takt. It is built where OpenCASCADE is found "
+               "(libocct-data-exchange-dev).\n",
+               program.c_str());
+  return takt::tool::kFailed;
+}
 
 /// Prints the mistake in the command line, or the requested help or version. Returns the exit code.
 int answer(const CLI::App& app, const CLI::ParseError& error, bool json) {
@@ -88,6 +109,10 @@ int run(int argc, char** argv) {
       [&] { return takt::tool::state(common); });
   add("signals", "every signal by its name: value, unit, direction, whether it is forced, its wire",
       [&] { return takt::tool::signals(common); });
+
+  CLI::App* from_cad = app.add_subcommand("from-cad", "a STEP file as a cell: the program takt-from-cad");
+  from_cad->prefix_command()->set_help_flag();  // its options are those of that program
+  from_cad->callback([&] { result = become("takt-from-cad", from_cad->remaining()); });
 
   std::string part;
   add("explain", "why a Part is held as it is (or what a Gripper or Ground holds)",

@@ -359,7 +359,7 @@ export class Cell {
     this.plane.normal.set(axis === 'x' ? -1 : 0, axis === 'y' ? -1 : 0, axis === 'z' ? -1 : 0);
     this.plane.constant = this.cut;
     const planes = this.section ? [this.plane] : [];
-    this.world.traverse((part) => { if (part.isMesh || part.isLineSegments) part.material.clippingPlanes = planes; });
+    this.world.traverse((part) => { if (part.isMesh || part.isLineSegments) Object.assign(part.material, {clippingPlanes: planes, clipShadows: true}); });
     this.dirty = true;
   }
 
