@@ -8,7 +8,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 
 
-@pytest.mark.parametrize("document", ["README.md", "docs/clients.md", "docs/testing.md"])
+@pytest.mark.parametrize("document", ["docs/clients.md", "docs/testing.md"])
 def test_programs_run(document, monkeypatch):
     monkeypatch.chdir(ROOT)
     programs = re.findall(r"^```python\n(.*?)^```", (ROOT / document).read_text(), re.MULTILINE | re.DOTALL)

@@ -27,7 +27,7 @@ export function frame(themed) {
   $('theme').onclick = () => { keep('theme', dark() ? 'light' : 'dark'); dress(); };
   dress();
   // Narrow screens begin with the cell alone; low ones without curves.
-  const narrow = innerWidth <= 820, room = {tree: innerWidth >= 1200, inspector: !narrow, bottom: !narrow && innerHeight >= 640};
+  const narrow = innerWidth <= 820, room = {tree: innerWidth >= 1200, inspector: !narrow, bottom: !narrow};
   for (const panel of PANELS) {
     const fold = (folded) => {
       document.body.classList.toggle(`no-${panel}`, folded);
