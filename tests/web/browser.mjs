@@ -30,7 +30,9 @@ export async function visit(browser, url, viewport = {width: 900, height: 560}, 
   await until(() => takt.last.state && takt.last.status && takt.cell.frames > 0);
   // The picture of the cell alone, without the tools in front of it, once what was asked for is drawn: PNG in base64.
   const pixels = () => page.evaluate(async () => {
-    await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
+    const end = performance.now() + 5000;  // a cell that moves does not settle
+    do await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
+    while (!takt.cell.settled && performance.now() < end);
     return document.querySelector('#cell').toDataURL('image/png').split(',')[1];
   });
   return {page, problems, until, ask, pixels};

@@ -13,6 +13,7 @@ const running = await server('--paused');
 const {child: bridge, url} = await view();
 const wide = {width: 1600, height: 500};  // what the page says must not make its head a line higher, and the canvas smaller
 const {page, problems, until, ask, pixels} = await visit(browser, url, wide);
+await page.click('#fold-bottom');  // in this low window the curves leave the picture little room
 const distance = (a, b) => Math.hypot(...a.map((value, i) => value - b[i]));
 const placeOfP = () => Object.values(takt('state').components.P.position);
 // Robot1 carries out a program to its end and holds still; the page shows where the cell stands then. How far P has moved.
@@ -41,8 +42,6 @@ await go(`r.gripper:width(0.06)
   r:move_line(grip:offset(0, 0, 0.15), LIFT)`);
 const carryTo = (x) => go(`r:move_line(grip:offset(${x}, 0, 0.15), LIFT)`);
 await until(() => document.querySelector('#graph').textContent.includes('Gripper1'));
-
-await page.click('#fold-bottom');  // in this low window the curves leave the picture little room
 
 stage('screenshot');
 // A PNG of the canvas in its own size, with more than one colour, as what the page shows.

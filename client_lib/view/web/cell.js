@@ -400,10 +400,14 @@ export class Cell {
     if (now - (this.shaded || -Infinity) >= SHADE_PERIOD[this.soft ? 'soft' : 'hard']) {
       this.renderer.shadowMap.needsUpdate = true;
       this.shaded = now;
-    } else clearTimeout(this.later), this.later = setTimeout(() => { this.dirty = true; }, SHADE_PERIOD.soft);
+      clearTimeout(this.later), this.later = null;
+    } else clearTimeout(this.later), this.later = setTimeout(() => { this.later = null, this.dirty = true; }, SHADE_PERIOD.soft);
     this.onDraw?.();
     this.renderer.render(this.scene, this.camera);
   }
+
+  // The picture, with its shadows, is that of the present state.
+  get settled() { return !this.dirty && !this.later; }
 
   picture() {
     this.renderer.render(this.scene, this.camera);
