@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include <cstdlib>
 #include <fstream>
 
 #include "server/product/contacts.h"
@@ -201,6 +202,28 @@ TEST_F(StepReader, OtherFilesAreRefusedByName) {
   EXPECT_THAT(error("ISO-10303-21;\nHEADER;\n"), HasSubstr("ends before END-ISO-10303-21"));
   std::filesystem::remove(file());
   EXPECT_THROW(read_step(file()), CadError);
+}
+
+TEST_F(StepReader, TheProgramAndItsCommandOfTaktWriteTheCell) {
+  StepProduct made("Stack");
+  made.use(made.root(), made.part("Base", box(60, 60, 10)), "Base");
+  made.use(made.root(), made.part("Block", box(20, 20, 10)), "Block", moved_by(20, 20, 10));
+  made.write(file());
+  for (const char* command : {"takt-from-cad", "takt from-cad"}) {
+    const std::string program = std::string(TAKT_BIN_DIR "/") + command;
+    if (!std::filesystem::exists(program.substr(0, program.find(' ')))) continue;  // built without DDS
+    const auto out = directory_ / "out";
+    std::filesystem::remove_all(out);
+    EXPECT_EQ(
+        std::system((program + " " + file().string() + " -o " + out.string() + " > /dev/null 2>&1").c_str()),
+        0)
+        << command;
+    EXPECT_TRUE(std::filesystem::exists(out / "Stack.yaml")) << command;
+    EXPECT_NE(
+        std::system((program + " " + file().string() + "x -o " + out.string() + " > /dev/null 2>&1").c_str()),
+        0)
+        << command;
+  }
 }
 
 }  // namespace

@@ -75,6 +75,9 @@ int answer(const CLI::App& app, const CLI::ParseError& error, bool json) {
 }
 
 int run(int argc, char** argv) {
+  // Its options are those of that program.
+  if (argc > 1 && std::string_view(argv[1]) == "from-cad")
+    return become("takt-from-cad", {argv + 2, argv + argc});
   namespace numbers = takt::command_line;
   CLI::App app{"Look at a running takt cell and control it."};
   app.footer(kExamples);
@@ -110,9 +113,10 @@ int run(int argc, char** argv) {
   add("signals", "every signal by its name: value, unit, direction, whether it is forced, its wire",
       [&] { return takt::tool::signals(common); });
 
-  CLI::App* from_cad = app.add_subcommand("from-cad", "a STEP file as a cell: the program takt-from-cad");
-  from_cad->prefix_command()->set_help_flag();  // its options are those of that program
-  from_cad->callback([&] { result = become("takt-from-cad", from_cad->remaining()); });
+  app.add_subcommand("from-cad", "a STEP file as a cell: the program takt-from-cad")->callback([] {
+    throw CLI::ValidationError(
+        "from-cad", "options of takt before it have no effect; allowed: takt from-cad PRODUCT.step -o DIR");
+  });
 
   std::string part;
   add("explain", "why a Part is held as it is (or what a Gripper or Ground holds)",
