@@ -5,6 +5,8 @@
 #include <cctype>
 #include <string>
 
+#include "idl/common/text.h"
+
 namespace takt::view {
 namespace {
 
@@ -32,9 +34,7 @@ std::optional<std::string> decoded(std::string_view text) {
 bool is_drawable(const std::filesystem::path& file) {
   constexpr std::array<std::string_view, 8> kinds{".stl", ".dae",  ".obj", ".png",
                                                   ".jpg", ".jpeg", ".tga", ".bmp"};
-  std::string kind = file.extension().string();
-  std::transform(kind.begin(), kind.end(), kind.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string kind = lower_text(file.extension().string());
   return std::find(kinds.begin(), kinds.end(), kind) != kinds.end();
 }
 

@@ -35,4 +35,11 @@ std::string hexadecimal_text(std::uint64_t number) {
   return text;
 }
 
+std::string lower_text(std::string_view text) {
+  std::string lower(text);
+  for (char& c : lower)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return lower;
+}
+
 }  // namespace takt

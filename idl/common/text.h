@@ -16,6 +16,9 @@ std::string fixed_text(double value, int decimals);
 /// "0x" and 16 digits: hashes, as in all reports.
 std::string hexadecimal_text(std::uint64_t number);
 
+/// A to Z as a to z; other bytes as they are.
+std::string lower_text(std::string_view text);
+
 /// `text(item)` of each item, with the separator between them.
 template <class Items, class Text = std::identity>
 std::string join(const Items& items, std::string_view separator, Text text = {}) {

@@ -31,11 +31,12 @@
 #include <XCAFDoc_MaterialTool.hxx>
 #include <XCAFDoc_ShapeTool.hxx>
 #include <algorithm>
+#include <charconv>
 #include <cmath>
-#include <cstring>
+#include <cstdint>
 #include <fstream>
-#include <functional>
-#include <set>
+#include <iterator>
+#include <string_view>
 
 #include "server/cad/solid_mesh.h"
 #include "server/product/names.h"
@@ -75,6 +76,41 @@ bool is_generic(const std::string& name) {
          std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
 }
 
+struct MissingEntities {
+  std::size_t count = 0;
+  std::uint64_t first = 0;  ///< number of the entity
+};
+
+/// Entities (#N) that the text of a STEP file (ISO 10303-21) refers to and does not define.
+MissingEntities missing_entities(std::string_view text) {
+  std::vector<std::uint64_t> defined, referred;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '\'') {  // a string; a quote in it is doubled
+      i = std::min(text.find('\'', i + 1), text.size());
+      continue;
+    }
+    if (text.substr(i, 2) == "/*") {
+      i = std::min(text.find("*/", i + 2), text.size());
+      continue;
+    }
+    if (text[i] != '#') continue;
+    std::uint64_t number = 0;
+    const auto [end, error] = std::from_chars(text.data() + i + 1, text.data() + text.size(), number);
+    if (error != std::errc()) continue;
+    i = static_cast<std::size_t>(end - text.data()) - 1;
+    const std::size_t next = text.find_first_not_of(" \t\r\n", i + 1);
+    (next != text.npos && text[next] == '=' ? defined : referred).push_back(number);
+  }
+  for (auto* numbers : {&defined, &referred}) {
+    std::sort(numbers->begin(), numbers->end());
+    numbers->erase(std::unique(numbers->begin(), numbers->end()), numbers->end());
+  }
+  std::vector<std::uint64_t> missing;
+  std::set_difference(referred.begin(), referred.end(), defined.begin(), defined.end(),
+                      std::back_inserter(missing));
+  return {missing.size(), missing.empty() ? 0 : missing.front()};
+}
+
 class Reader {
  public:
   Reader(const std::filesystem::path& file, const StepOptions& options)
@@ -108,17 +144,17 @@ class Reader {
     std::error_code error;
     if (!std::filesystem::is_regular_file(file_, error)) fail(file_, "there is no such file");
     std::ifstream in(file_, std::ios::binary);
-    std::string head(256, '\0');
-    in.read(head.data(), static_cast<std::streamsize>(head.size()));
-    if (head.find("ISO-10303-21") == std::string::npos)
+    const std::string text((std::istreambuf_iterator<char>(in)), {});
+    constexpr std::size_t kEnds = 4096;  // where begin and end of the exchange structure are looked for
+    if (std::string_view(text).substr(0, kEnds).find("ISO-10303-21") == text.npos)
       fail(file_, "it does not begin with ISO-10303-21; allowed: a STEP file (AP203, AP214, AP242)");
-    in.seekg(0, std::ios::end);
-    const auto size = static_cast<std::int64_t>(in.tellg());
-    in.seekg(std::max<std::int64_t>(0, size - 4096));
-    std::string tail(4096, '\0');
-    in.read(tail.data(), static_cast<std::streamsize>(tail.size()));
-    if (tail.find("END-ISO-10303-21") == std::string::npos)
+    if (std::string_view(text).substr(text.size() - std::min(text.size(), kEnds)).find("END-ISO-10303-21") ==
+        text.npos)
       fail(file_, "it ends before END-ISO-10303-21: the file is cut off; allowed: a whole STEP file");
+    if (const MissingEntities missing = missing_entities(text); missing.count > 0)
+      product_.notes.push_back("the file refers to " + std::to_string(missing.count) +
+                               " entities that it does not contain, first #" + std::to_string(missing.first) +
+                               ": it is damaged, and parts may be missing or incomplete");
     Message::DefaultMessenger()->ChangePrinters().Clear();
     XCAFApp_Application::GetApplication()->NewDocument("MDTV-XCAF", document_);
     STEPCAFControl_Reader reader;

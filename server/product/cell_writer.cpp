@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <fstream>
 #include <functional>
 #include <limits>
@@ -10,6 +9,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "idl/common/text.h"
 #include "server/geometry/convex/convex_shape.h"
 #include "server/product/convex_pieces.h"
 #include "server/product/geometry.h"
@@ -21,13 +21,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string number(double value, int digits = 10) {
-  char text[40];
-  std::snprintf(text, sizeof(text), "%.*g", digits, std::abs(value) < 1e-12 ? 0.0 : value);
-  return text;
-}
-std::string list(const Vec3& v, int digits = 10) {
-  return "[" + number(v.x(), digits) + ", " + number(v.y(), digits) + ", " + number(v.z(), digits) + "]";
+constexpr int kDigits = 10;  ///< of lengths, masses and inertias
+
+std::string list(const Vec3& v, int digits = kDigits) {
+  // A pose out of a matrix has 1e-17 where a zero is meant.
+  const auto length = [&](double x) { return number_text(std::abs(x) < 1e-12 ? 0.0 : x, digits); };
+  return "[" + length(v.x()) + ", " + length(v.y()) + ", " + length(v.z()) + "]";
 }
 
 void write(const fs::path& file, const std::function<void(std::ostream&)>& content) {
@@ -40,7 +39,8 @@ void write(const fs::path& file, const std::function<void(std::ostream&)>& conte
 void write_object(std::ostream& out, const std::string& name, const TriangleMesh& mesh, std::size_t& base) {
   out << "o " << name << '\n';
   for (const Vec3& v : mesh.vertices)
-    out << "v " << number(v.x(), 9) << ' ' << number(v.y(), 9) << ' ' << number(v.z(), 9) << '\n';
+    out << "v " << number_text(v.x(), 9) << ' ' << number_text(v.y(), 9) << ' ' << number_text(v.z(), 9)
+        << '\n';
   for (const auto& t : mesh.triangles)
     out << "f " << base + t[0] << ' ' << base + t[1] << ' ' << base + t[2] << '\n';
   base += mesh.vertices.size();
@@ -49,16 +49,6 @@ void write_object(std::ostream& out, const std::string& name, const TriangleMesh
 void write_mesh(const fs::path& file, const std::string& name, const TriangleMesh& mesh) {
   std::size_t base = 1;
   write(file, [&](std::ostream& out) { write_object(out, name, mesh, base); });
-}
-
-TriangleMesh box(const Vec3& lower, const Vec3& upper) {
-  TriangleMesh mesh;
-  for (const double x : {lower.x(), upper.x()})
-    for (const double y : {lower.y(), upper.y()})
-      for (const double z : {lower.z(), upper.z()}) mesh.vertices.emplace_back(x, y, z);
-  mesh.triangles = {{0, 1, 3}, {0, 3, 2}, {4, 6, 7}, {4, 7, 5}, {0, 4, 5}, {0, 5, 1},
-                    {2, 3, 7}, {2, 7, 6}, {0, 2, 6}, {0, 6, 4}, {1, 5, 7}, {1, 7, 3}};
-  return mesh;
 }
 
 /// Boxes under the base, as a Ground. Posts stand where the base is what a look from below meets first.
@@ -76,8 +66,8 @@ std::vector<TriangleMesh> support(const std::vector<PlacedInstance>& placed, std
                thickness = 0.05 * std::max({size.x(), size.y(), size.z()});
   constexpr double kSame_m = 1e-6;
   const auto plate = [&](double top) {
-    return box(Vec3(all.box.lower.x() - margin, all.box.lower.y() - margin, top - thickness),
-               Vec3(all.box.upper.x() + margin, all.box.upper.y() + margin, top));
+    return box_mesh(Vec3(all.box.lower.x() - margin, all.box.lower.y() - margin, top - thickness),
+                    Vec3(all.box.upper.x() + margin, all.box.upper.y() + margin, top));
   };
   floor_m = lowest;
   if (body.box.lower.z() - lowest < kSame_m) return {plate(lowest)};
@@ -125,8 +115,8 @@ std::vector<TriangleMesh> support(const std::vector<PlacedInstance>& placed, std
       chosen.insert(best);
     }
   for (const std::size_t k : chosen)
-    boxes.push_back(box(Vec3(places[k].x() - 0.5 * cell.x(), places[k].y() - 0.5 * cell.y(), floor_m),
-                        Vec3(places[k].x() + 0.5 * cell.x(), places[k].y() + 0.5 * cell.y(), from.z())));
+    boxes.push_back(box_mesh(Vec3(places[k].x() - 0.5 * cell.x(), places[k].y() - 0.5 * cell.y(), floor_m),
+                             Vec3(places[k].x() + 0.5 * cell.x(), places[k].y() + 0.5 * cell.y(), from.z())));
   return boxes;
 }
 
@@ -148,21 +138,21 @@ std::string contact_line(const Product& product, const Contact& contact) {
   std::string text = names[contact.first].name + " - " + names[contact.second].name + ": ";
   switch (contact.kind) {
     case ContactKind::plane:
-      text += "plane, " + number(contact.area_m2 * 1e6, 4) + " mm2";
+      text += "plane, " + number_text(contact.area_m2 * 1e6, 4) + " mm2";
       break;
     case ContactKind::cylinder_fit:
       text += contact.clearance_m < 0.0
-                  ? "interference fit, " + number(-contact.clearance_m * 1e6, 3) + " um in the radius"
-                  : "fit, clearance " + number(contact.clearance_m * 1e6, 3) + " um in the radius";
+                  ? "interference fit, " + number_text(-contact.clearance_m * 1e6, 3) + " um in the radius"
+                  : "fit, clearance " + number_text(contact.clearance_m * 1e6, 3) + " um in the radius";
       break;
     case ContactKind::thread:
-      text += "thread, pitch " + number(contact.pitch_m * 1e3, 3) + " mm";
+      text += "thread, pitch " + number_text(contact.pitch_m * 1e3, 3) + " mm";
       break;
     case ContactKind::snap:
       text += "snap";
       break;
     case ContactKind::other:
-      text += "curved surfaces, " + number(contact.area_m2 * 1e6, 4) + " mm2";
+      text += "curved surfaces, " + number_text(contact.area_m2 * 1e6, 4) + " mm2";
       break;
   }
   return text;
@@ -171,7 +161,12 @@ std::string contact_line(const Product& product, const Contact& contact) {
 class Writer {
  public:
   Writer(const Product& product, const Disassembly& plan, const Hierarchy& numbers, const fs::path& directory)
-      : product_(product), plan_(plan), numbers_(numbers), directory_(directory), placed_(place(product)) {}
+      : product_(product),
+        plan_(plan),
+        numbers_(numbers),
+        directory_(directory),
+        placed_(place(product)),
+        usual_friction_(usual_friction()) {}
 
   CellFiles write_all() {
     fs::create_directories(directory_ / "meshes");
@@ -247,7 +242,7 @@ class Writer {
         << "# At level of detail 3. The layer is assumed; friction of dry pairs: Dubbel, B 15.\n"
         << "contact:\n  defaults: {youngs_modulus_Pa: 1.0e+7, poisson_ratio: 0.3, layer_depth_m: 0.001, "
            "friction: "
-        << number(usual_friction(), 3) << "}\n";
+        << number_text(usual_friction_, 3) << "}\n";
     pairs(out);
     out << "\n# hierarchy: each part is held by parts of larger numbers that it touches, the base by the "
            "support. The numbers follow\n"
@@ -272,8 +267,8 @@ class Writer {
     const Quat q = instance.X_WB.quaternion();
     std::string text = "position_m: " + list(instance.X_WB.p);
     if (std::abs(q.w()) < 1.0 - 1e-12)
-      text += ", quaternion_xyzw: [" + number(q.x(), 15) + ", " + number(q.y(), 15) + ", " +
-              number(q.z(), 15) + ", " + number(q.w(), 15) + "]";
+      text += ", quaternion_xyzw: [" + number_text(q.x(), 15) + ", " + number_text(q.y(), 15) + ", " +
+              number_text(q.z(), 15) + ", " + number_text(q.w(), 15) + "]";
     return text;
   }
 
@@ -283,17 +278,19 @@ class Writer {
     const double mass = body.material.density_kg_m3 * body.exact.volume;
     out << "  " << instance.name << ":   # " << instance.path << "; "
         << (body.material.name.empty() ? "material" : body.material.name) << ", "
-        << number(body.material.density_kg_m3, 5) << " kg/m3" << (body.material.assumed ? " (assumed)" : "")
-        << '\n';
+        << number_text(body.material.density_kg_m3, 5) << " kg/m3"
+        << (body.material.assumed ? " (assumed)" : "") << '\n';
     out << "    {mesh: meshes/" << files_[instance.body] << ".obj" << convex_of(instance.body)
-        << ", mass_kg: " << number(mass, 8) << ", hierarchy: " << numbers_.numbers[i];
+        << ", mass_kg: " << number_text(mass, 8) << ", hierarchy: " << numbers_.numbers[i];
     if (body.colour)
-      out << ",\n     color: [" << number((*body.colour)[0], 3) << ", " << number((*body.colour)[1], 3)
-          << ", " << number((*body.colour)[2], 3) << ", " << number((*body.colour)[3], 3) << "]";
+      out << ",\n     color: [" << number_text((*body.colour)[0], 3) << ", "
+          << number_text((*body.colour)[1], 3) << ", " << number_text((*body.colour)[2], 3) << ", "
+          << number_text((*body.colour)[3], 3) << "]";
     const Mat3 I = mass * body.exact.G_BBcm_B;
     out << ",\n     center_of_mass_m: " << list(body.exact.p_BBcm) << ",\n     inertia_kg_m2: [";
-    for (const double value : {I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2)}) out << number(value) << ", ";
-    out << number(I(1, 2)) << "]";
+    for (const double value : {I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2)})
+      out << number_text(value, kDigits) << ", ";
+    out << number_text(I(1, 2), kDigits) << "]";
     out << ",\n     pose: {" << pose(instance) << "}}\n";
   }
 
@@ -331,11 +328,11 @@ class Writer {
     bool first = true;
     for (const Contact& contact : product_.contacts) {
       const double mu = friction(material(contact.first), material(contact.second));
-      if (mu == usual_friction() || !done.insert({contact.first, contact.second}).second) continue;
+      if (mu == usual_friction_ || !done.insert({contact.first, contact.second}).second) continue;
       if (first) out << "  pairs:\n";
       first = false;
       out << "    - {pair: [" << product_.instances[contact.first].name << ", "
-          << product_.instances[contact.second].name << "], friction: " << number(mu, 3) << "}\n";
+          << product_.instances[contact.second].name << "], friction: " << number_text(mu, 3) << "}\n";
     }
   }
 
@@ -363,6 +360,7 @@ class Writer {
   const Hierarchy& numbers_;
   const fs::path& directory_;
   const std::vector<PlacedInstance> placed_;
+  const double usual_friction_;        ///< of most contacts
   std::vector<std::string> files_;     ///< by body: name of its mesh file without suffix
   std::vector<ConvexChoice> choices_;  ///< by body
   std::size_t posts_ = 0;
@@ -379,12 +377,12 @@ std::vector<LevelAdvice> level_advice(const Product& product) {
     const Contact& contact = product.contacts[i];
     LevelAdvice one{i, 1, ""};
     if (contact.kind == ContactKind::cylinder_fit && contact.clearance_m < 0.0)
-      one = {
-          i, 3,
-          "interference fit of " + number(-contact.clearance_m * 1e6, 3) + " um: its force holds the parts"};
+      one = {i, 3,
+             "interference fit of " + number_text(-contact.clearance_m * 1e6, 3) +
+                 " um: its force holds the parts"};
     else if (contact.kind == ContactKind::cylinder_fit && contact.clearance_m > 0.0 &&
              contact.clearance_m < kTransition_m)
-      one = {i, 3, "close fit of " + number(contact.clearance_m * 1e6, 3) + " um: it can jam"};
+      one = {i, 3, "close fit of " + number_text(contact.clearance_m * 1e6, 3) + " um: it can jam"};
     else if (contact.kind == ContactKind::thread)
       one = {i, 3, "thread: torque and preload"};
     else if (contact.kind == ContactKind::snap)

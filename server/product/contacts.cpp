@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
-#include <map>
 #include <numbers>
 #include <optional>
 #include <tuple>
 
+#include "idl/common/text.h"
+#include "server/geometry/segment_distance.h"
 #include "server/product/geometry.h"
 
 namespace takt::product {
@@ -53,28 +53,6 @@ double common_area(const std::array<Vec2, 3>& a, const std::array<Vec2, 3>& b, V
   return area;
 }
 
-double distance_to_triangle(const Vec3& p, const Triangle& t) {
-  // Ericson, Real-Time Collision Detection, 5.1.5.
-  const Vec3 ab = t[1] - t[0], ac = t[2] - t[0], ap = p - t[0];
-  const double d1 = ab.dot(ap), d2 = ac.dot(ap);
-  if (d1 <= 0.0 && d2 <= 0.0) return ap.norm();
-  const Vec3 bp = p - t[1];
-  const double d3 = ab.dot(bp), d4 = ac.dot(bp);
-  if (d3 >= 0.0 && d4 <= d3) return bp.norm();
-  const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0) return (p - (t[0] + ab * (d1 / (d1 - d3)))).norm();
-  const Vec3 cp = p - t[2];
-  const double d5 = ab.dot(cp), d6 = ac.dot(cp);
-  if (d6 >= 0.0 && d5 <= d6) return cp.norm();
-  const double vb = d5 * d2 - d1 * d6;
-  if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0) return (p - (t[0] + ac * (d2 / (d2 - d6)))).norm();
-  const double va = d3 * d6 - d5 * d4;
-  if (va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0)
-    return (p - (t[1] + (t[2] - t[1]) * ((d4 - d3) / ((d4 - d3) + (d5 - d6))))).norm();
-  const double sum = va + vb + vc;
-  return (p - (t[0] + ab * (vb / sum) + ac * (vc / sum))).norm();
-}
-
 bool coaxial(const Face& a, const Face& b, double apart_m) {
   return a.axis_B.cross(b.axis_B).norm() < kParallel &&
          (b.point_B - a.point_B).cross(a.axis_B).norm() <= apart_m;
@@ -82,9 +60,7 @@ bool coaxial(const Face& a, const Face& b, double apart_m) {
 
 /// A part of the name in any case.
 bool has_word(const std::string& name, std::initializer_list<const char*> words) {
-  std::string lower = name;
-  std::transform(lower.begin(), lower.end(), lower.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string lower = lower_text(name);
   return std::any_of(words.begin(), words.end(),
                      [&](const char* word) { return lower.find(word) != std::string::npos; });
 }
@@ -372,7 +348,9 @@ class Finder {
         continue;
       for (const Triangle& other : b.triangles) {
         const Vec3 m = normal_of(other);
-        if (n.dot(m) > -0.9 * n.norm() * m.norm() || distance_to_triangle(centre, other) > gap) continue;
+        if (n.dot(m) >= -0.9 * n.norm() * m.norm() ||
+            point_triangle_squared_distance(centre, other) > gap * gap)
+          continue;
         const double area = 0.5 * n.norm();
         contact.area_m2 += area;
         sum += area * centre;

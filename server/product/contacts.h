@@ -10,7 +10,7 @@ struct ContactTolerances {
   double plane_gap_m = 5e-5;          ///< planes further apart do not touch
   double largest_clearance_m = 3e-4;  ///< of radii; a shaft in a wider hole is no fit
   double largest_interference_m = 2e-4;
-  double least_area_m2 = 5e-8;  ///< a smaller common surface is none
+  double least_area_m2 = 5e-8;  ///< a smaller common surface is no contact
   double surface_gap_m = 2e-5;  ///< between other surfaces, beyond the deflection of their meshes
 };
 

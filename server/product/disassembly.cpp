@@ -196,12 +196,12 @@ class Planner {
       const bool along = contact.axis_W.cross(step.direction_W).norm() < 1e-3;
       if (contact.kind == ContactKind::thread && along && step.loosening != Loosening::unscrew) {
         step.loosening = Loosening::unscrew;
-        step.reason = "thread of pitch " + rounded(contact.pitch_m * 1e3) + " mm in " + other;
+        step.reason = "thread of pitch " + number_text(contact.pitch_m * 1e3, 3) + " mm in " + other;
       } else if (contact.kind == ContactKind::cylinder_fit && contact.clearance_m < 0.0 &&
                  step.loosening == Loosening::lift) {
         step.loosening = Loosening::pull;
-        step.reason =
-            "interference of " + rounded(-contact.clearance_m * 1e6) + " um in the radius with " + other;
+        step.reason = "interference of " + number_text(-contact.clearance_m * 1e6, 3) +
+                      " um in the radius with " + other;
       } else if (unsnap && contact.kind == ContactKind::plane) {
         const double sign = first ? 1.0 : -1.0;
         if (sign * contact.normals_W[0].dot(step.direction_W) < 0.5) continue;
@@ -211,12 +211,6 @@ class Planner {
     if (!unsnap) return;
     step.loosening = Loosening::unsnap;
     if (step.reason.empty()) step.reason = "a small undercut holds it";
-  }
-
-  static std::string rounded(double value) {
-    char text[32];
-    std::snprintf(text, sizeof(text), "%.3g", value);
-    return text;
   }
 
   Product& product_;

@@ -1,10 +1,11 @@
 #include "server/product/names.h"
 
-#include <algorithm>
 #include <array>
 #include <cctype>
 #include <set>
 #include <string_view>
+
+#include "idl/common/text.h"
 
 namespace takt::product {
 
@@ -86,9 +87,7 @@ Material material_of(const std::string& stated, const std::string& body, double 
   }
   if (material.density_kg_m3 > 0.0) return material;
   material.assumed = true;
-  std::string text = stated;
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string text = lower_text(stated);
   for (const Usual& usual : kUsual) {
     if (text.find(usual.word) == std::string::npos) continue;
     material.density_kg_m3 = usual.density_kg_m3;

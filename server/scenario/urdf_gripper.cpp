@@ -16,13 +16,12 @@ namespace {
 
 constexpr double kParallel = 1e-3;     ///< of the sine between two axes
 constexpr double kSameShape_m = 1e-3;  ///< of the boxes around both fingers
-constexpr std::size_t kNowhere = static_cast<std::size_t>(-1);
 
 /// Builds the gripper in the frame H of the hand, the link that carries both fingers.
 class Builder {
  public:
   Builder(const UrdfArm& arm, const std::string& flange_link)
-      : arm_(arm), robot_(arm.robot), flange_link_(flange_link), flange_(robot_.find_link(flange_link)) {}
+      : robot_(arm.robot), flange_link_(flange_link), flange_(robot_.find_link(flange_link)) {}
 
   UrdfGripper build(const std::vector<std::string>& fingers) {
     pick(fingers);
@@ -213,12 +212,11 @@ class Builder {
     result_.X_GT.p.z() = box_of(result_.jaw).upper.z();
   }
 
-  const UrdfArm& arm_;
   const UrdfRobot& robot_;
-  const std::string flange_link_;
+  const std::string& flange_link_;
   const std::size_t flange_;
-  std::array<std::size_t, 2> joint_{kNowhere, kNowhere};  ///< left, right
-  std::size_t hand_ = kNowhere;
+  std::array<std::size_t, 2> joint_{};  ///< left, right
+  std::size_t hand_ = 0;
   Vec3 y_H_ = Vec3::UnitY();
   Pose X_HG_;
   UrdfGripper result_;

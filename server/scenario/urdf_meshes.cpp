@@ -14,16 +14,6 @@ namespace {
 
 constexpr std::uint32_t kSides = 32;
 
-TriangleMesh box(const Vec3& size) {
-  TriangleMesh mesh;
-  for (const double x : {-0.5, 0.5})
-    for (const double y : {-0.5, 0.5})
-      for (const double z : {-0.5, 0.5}) mesh.vertices.push_back(Vec3(x, y, z).cwiseProduct(size));
-  mesh.triangles = {{0, 1, 3}, {0, 3, 2}, {4, 6, 7}, {4, 7, 5}, {0, 4, 5}, {0, 5, 1},
-                    {2, 3, 7}, {2, 7, 6}, {0, 2, 6}, {0, 6, 4}, {1, 5, 7}, {1, 7, 3}};
-  return mesh;
-}
-
 /// A closed surface of revolution about z: rings of kSides vertices at these radii and heights, from the lowest on,
 /// between two poles.
 TriangleMesh revolved(const std::vector<std::pair<double, double>>& rings, double bottom, double top) {
@@ -91,7 +81,7 @@ std::vector<NamedMesh> urdf_meshes(const UrdfRobot& robot, const UrdfLink& link,
     switch (shape.kind) {
       case UrdfShapeKind::box:
         require_positive(robot, shape, where + "<box>: size", {shape.size_m.begin(), shape.size_m.end()});
-        made[0].mesh = box(shape.size_m);
+        made[0].mesh = box_mesh(-0.5 * shape.size_m, 0.5 * shape.size_m);
         break;
       case UrdfShapeKind::sphere:
         require_positive(robot, shape, where + "<sphere>: radius", {shape.radius_m});

@@ -68,9 +68,7 @@ class Reader {
       reason = document.ErrorName();
       if (reason.rfind("XML_ERROR_", 0) == 0) reason.erase(0, 10);
       std::replace(reason.begin(), reason.end(), '_', ' ');
-      std::transform(reason.begin(), reason.end(), reason.begin(),
-                     [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-      reason = "not well-formed XML: " + reason;
+      reason = "not well-formed XML: " + lower_text(reason);
     }
     robot_.fail(document.ErrorLineNum(), reason);
   }

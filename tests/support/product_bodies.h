@@ -34,11 +34,7 @@ inline void complete(product::Body& body) {
 inline product::Body box_body(const std::string& name, const Vec3& size) {
   product::Body body;
   body.name = name;
-  for (const double x : {-0.5, 0.5})
-    for (const double y : {-0.5, 0.5})
-      for (const double z : {-0.5, 0.5}) body.mesh.vertices.push_back(Vec3(x, y, z).cwiseProduct(size));
-  body.mesh.triangles = {{0, 1, 3}, {0, 3, 2}, {4, 6, 7}, {4, 7, 5}, {0, 4, 5}, {0, 5, 1},
-                         {2, 3, 7}, {2, 7, 6}, {0, 2, 6}, {0, 6, 4}, {1, 5, 7}, {1, 7, 3}};
+  body.mesh = takt::box_mesh(-0.5 * size, 0.5 * size);
   body.triangle_faces = {0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5};
   for (int axis = 0; axis < 3; ++axis)
     for (const double sign : {-1.0, 1.0})

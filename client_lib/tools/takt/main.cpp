@@ -44,7 +44,7 @@ With --json every command writes one JSON document, those that follow something 
 
 Exit codes: 0 ok; 1 refused or failed, or not as expected; 2 wrong usage; 3 no such cell, or it went away.)";
 
-/// Runs the program of this name beside this one, in its place. Returns only if there is none.
+/// Runs the program of this name beside this one, in its place. Returns only if that program is missing.
 int become(const std::string& program, const std::vector<std::string>& arguments) {
   std::error_code problem;
   const auto path = std::filesystem::read_symlink("/proc/self/exe", problem).parent_path() / program;

@@ -266,7 +266,7 @@ export class Cell {
       const tint = options.byState ? STATE_COLORS[sample.state] : undefined;
       component.mesh.material.color.copy(component.own);
       if (tint !== undefined) component.mesh.material.color.lerp(STATE.set(tint), TINT);
-      component.arrow.userData.says = `force on ${component.mesh.name}: ${Math.hypot(f.x, f.y, f.z).toPrecision(4)} N`;
+      component.arrow.userData.says = () => `force on ${component.mesh.name}: ${Math.hypot(f.x, f.y, f.z).toPrecision(4)} N`;
       component.arrow.set(component.mesh.position, along.set(f.x, f.y, f.z).multiplyScalar(options.forces && component.type === ComponentType.part ? options.metresPerNewton : 0));
       const holder = options.holding && sample.partner >= 0 ? state.components[sample.partner].position : null;
       component.line.visible = Boolean(holder);
@@ -307,7 +307,7 @@ export class Cell {
       if (!contact) return;
       const {center_of_pressure: c, force: f} = contact;
       const force = new THREE.Vector3(f.x, f.y, f.z), named = (index) => this.components[index]?.mesh.name;
-      disc.userData.says = arrow.userData.says = `${named(contact.base)} - ${named(contact.target)}\nforce ${force.length().toPrecision(4)} N\narea ${(1e6 * contact.area).toPrecision(3)} mm²\nlargest pressure ${(contact.largest_pressure / 1e6).toPrecision(3)} MPa`;
+      disc.userData.says = arrow.userData.says = () => `${named(contact.base)} - ${named(contact.target)}\nforce ${force.length().toPrecision(4)} N\narea ${(1e6 * contact.area).toPrecision(3)} mm²\nlargest pressure ${(contact.largest_pressure / 1e6).toPrecision(3)} MPa`;
       disc.position.set(c.x, c.y, c.z);
       if (force.length() > 0) disc.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), force.clone().normalize());
       disc.scale.setScalar(Math.max(Math.sqrt(contact.area / Math.PI), 0.002));

@@ -93,7 +93,7 @@ export class Eye {
       for (const hit of this.ray.intersectObjects(cell.marks.children.filter(({visible}) => visible), true)) {
         let thing = hit.object;
         while (thing && !thing.userData.says) thing = thing.parent;
-        if (thing) return {says: thing.userData.says, point: hit.point};
+        if (thing) return {says: thing.userData.says(), point: hit.point};
       }
     for (const hit of this.ray.intersectObject(cell.world, true)) {
       if (!hit.object.isMesh || !hit.object.visible || (cell.section && cell.plane.distanceToPoint(hit.point) < 0)) continue;

@@ -28,9 +28,9 @@ cell.onMissing = (names) => {
   tell(`${names.length === 1 ? 'The mesh file' : `${names.length} mesh files, among them`} ${names[0]} of a robot ${names.length === 1 ? 'is' : 'are'} not there; start takt view with --files FOLDER.`);
 };
 const eye = new Eye(cell), ruler = new Ruler(cell);
-frame((dark) => cell.paint(dark));
 const signals = new Signals();
 const plots = new Plots($('plots'), () => { remember(); subscribe(); });
+frame((dark) => { cell.paint(dark); plots.repaint(); });
 const last = {};       // newest sample of each topic
 let events = [], lastEvent = 0n, playback = null;
 

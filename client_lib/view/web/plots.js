@@ -2,6 +2,9 @@
 import uPlot from 'uplot';
 import 'uplot/dist/uPlot.min.css';
 
+// A colour of the page's theme, at each drawing.
+const themed = (name) => () => getComputedStyle(document.documentElement).getPropertyValue(name);
+const AXIS = {stroke: themed('--ink'), grid: {stroke: themed('--line')}, ticks: {stroke: themed('--line')}};
 const MOST = 4000, COLORS = ['#1f6fb4', '#d1495b', '#2e9e5b', '#8a5cc2', '#c77d0a', '#4b5563'];
 
 export class Plots {
@@ -23,7 +26,7 @@ export class Plots {
     this.place.append(holder);
     const chart = new uPlot({
       width: Math.max(this.place.clientWidth, 200), height: 130, legend: {show: false}, scales: {x: {time: false}},
-      axes: [{size: 24}, {size: 56}],
+      axes: [{size: 24, ...AXIS}, {size: 56, ...AXIS}],
       series: [{label: 's'}, {label: name, stroke: COLORS[this.plots.length % COLORS.length], width: 1.5, points: {show: false}}],
     }, [[], []], holder);
     const plot = {name, chart, x: [], y: [], holder, newest};
@@ -76,6 +79,9 @@ export class Plots {
       plot.newest.textContent = plot.y.at(-1)?.toPrecision(5) ?? (plot.y.length ? 'none' : '');
     }
   }
+
+  // The theme of the page has changed.
+  repaint() { for (const {chart} of this.plots) chart.redraw(false); }
 
   clear() { for (const plot of this.plots) { plot.x.length = 0; plot.y.length = 0; plot.dirty = true; } }
 }

@@ -32,6 +32,7 @@ export class SceneTree {
       for (const node of nodes) {
         const item = document.createElement('wa-tree-item');
         item.takt = node;
+        item.dataset.name = node.name;
         item.append(node.name);
         if (node.detail) { const small = document.createElement('small'); small.textContent = node.detail; item.append(small); }
         this.items.set(`${node.kind}:${node.name}`, item);

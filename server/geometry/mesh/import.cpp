@@ -11,6 +11,7 @@
 
 #include "idl/common/bounded_file.h"
 #include "idl/common/mesh_path.h"
+#include "idl/common/text.h"
 #include "server/geometry/mesh/glb_reader.h"
 #include "server/geometry/mesh/obj_reader.h"
 #include "server/geometry/mesh/stl_reader.h"
@@ -23,10 +24,7 @@ namespace {
 }
 
 std::string format_of(const std::filesystem::path& file) {
-  std::string extension = file.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension;
+  return lower_text(file.extension().string());
 }
 
 bool is_known(const std::string& format) {

@@ -65,6 +65,16 @@ MeshCheck check_closed(const TriangleMesh& mesh) {
   return {text.str()};
 }
 
+TriangleMesh box_mesh(const Vec3& lower, const Vec3& upper) {
+  TriangleMesh mesh;
+  for (const double x : {lower.x(), upper.x()})
+    for (const double y : {lower.y(), upper.y()})
+      for (const double z : {lower.z(), upper.z()}) mesh.vertices.emplace_back(x, y, z);
+  mesh.triangles = {{0, 1, 3}, {0, 3, 2}, {4, 6, 7}, {4, 7, 5}, {0, 4, 5}, {0, 5, 1},
+                    {2, 3, 7}, {2, 7, 6}, {0, 2, 6}, {0, 6, 4}, {1, 5, 7}, {1, 7, 3}};
+  return mesh;
+}
+
 Aabb bounds_of(const TriangleMesh& mesh) {
   Aabb box{mesh.vertices.front(), mesh.vertices.front()};
   for (const Vec3& v : mesh.vertices) box.lower = box.lower.cwiseMin(v), box.upper = box.upper.cwiseMax(v);

@@ -19,6 +19,9 @@ struct TriangleMesh {
   std::vector<Triangle> triangles;
 };
 
+/// The closed surface of a box between two opposite corners.
+TriangleMesh box_mesh(const Vec3& lower, const Vec3& upper);
+
 /// Box around all vertices, of which there must be one.
 Aabb bounds_of(const TriangleMesh& mesh);
 
