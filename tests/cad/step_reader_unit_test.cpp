@@ -183,9 +183,10 @@ TEST_F(StepReader, DamagedFilesAreReportedOrReadWhole) {
     try {
       const Product product = read_step(cut);
       EXPECT_LE(product.instances.size(), expected.instances.size()) << percent;
-      if (product.instances.size() < expected.instances.size())
+      if (product.instances.size() < expected.instances.size()) {
         EXPECT_THAT(product.notes, testing::Contains(HasSubstr("entities that it does not contain")))
             << percent;
+      }
       for (const product::Body& body : product.bodies) EXPECT_TRUE(check_closed(body.mesh).ok()) << percent;
     } catch (const CadError& error) {
       EXPECT_THAT(error.what(), HasSubstr("cut.step: ")) << percent;
