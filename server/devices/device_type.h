@@ -9,6 +9,7 @@
 #include <any>
 #include <functional>
 #include <memory>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -48,6 +49,7 @@ class DeviceBuilder {
     double surface_m2 = 0.0, emissivity = 0.0;
   };
   std::vector<Heated> heated{};
+  std::set<std::pair<std::size_t, std::size_t>> torques{};  ///< joints with one, by robot and joint
   /// Called in order when all devices of the cell are built, e.g. to find signals of others.
   std::vector<std::function<void()>> when_built{};
   FmuOpener* fmus = nullptr;  ///< none: FMUs are not allowed
