@@ -7,6 +7,8 @@
 #include <iterator>
 #include <numbers>
 
+#include "server/fmu/model_description.h"
+#include "server/fmu/ssp_file.h"
 #include "tests/support/device_cell.h"
 #include "tests/support/fmu_cell.h"
 #include "tests/support/zip_file.h"
@@ -230,6 +232,35 @@ TEST(Ssp, WrongConnectionsAreRefusedWithTheirLine) {
               HasSubstr("found the units 'V' and 'rpm'; allowed: the same unit, units of the same quantity"));
   EXPECT_EQ(refused(connection("startConnector='u' endConnector='speed' suppressUnitConversion='true'")),
             "accepted");
+}
+
+TEST(Ssp, DamagedDescriptionsAreRefusedOrReadWhole) {
+  const TemporaryDirectory directory;
+  std::filesystem::create_directory(directory / "resources");
+  directory.write("resources/system.ssv", kSystemSet);
+  for (const char* fmu : {"resources/winding.fmu", "resources/rotor.fmu"}) directory.write(fmu, "");
+  const std::string whole = System{}.xml();
+  int refused = 0, read = 0;
+  const auto try_it = [&](const std::string& text) {
+    directory.write("SystemStructure.ssd", text);
+    try {
+      const FmuSystem system = read_ssp(directory.path());
+      EXPECT_FALSE(system.elements.empty());
+      ++read;
+    } catch (const FmuError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("SystemStructure.ssd"));
+      ++refused;
+    }
+  };
+  for (std::size_t cut = 0; cut < whole.size() - 2; cut += 13) try_it(whole.substr(0, cut));
+  EXPECT_EQ(read, 0);
+  for (std::size_t at = 0; at < whole.size(); at += 7) {
+    std::string text = whole;
+    text[at] = static_cast<char>(text[at] ^ 0x11);
+    try_it(text);
+  }
+  EXPECT_GT(read, 20);
+  EXPECT_GT(refused, 200);
 }
 
 TEST(Ssp, IsRefusedWithoutTheOption) {
