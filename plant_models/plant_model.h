@@ -31,6 +31,8 @@ struct BodyMotion {
 /// Motion of one robot.
 struct ArmMotion {
   JointArray q{}, qd{};
+  /// Torque of a device on each joint, in the sense of q (N m or N). A device writes it, one for each joint.
+  JointArray applied{};
   bool complete = false;  ///< all that follows has been written, and belongs to q and qd
   ArmPoses poses;
   Pose X_WF;   ///< flange in the world

@@ -1,7 +1,7 @@
 #pragma once
 // The drive of one joint: from reference motion to joint torque. Exchangeable models behind one interface:
 // an ideal position servo, a simplified drive (thesis 5.1), a detailed drivetrain (thesis 5.3; equations of
-// the r3 robot). A drive owns a few states z of the robot's state segment.
+// the r3 robot), and the torque of a device. A drive owns a few states z of the robot's state segment.
 //
 // A drive's torque on its joint is
 //   tau = output.torque - armature() * qdd + (holding torque)
@@ -23,6 +23,8 @@ struct JointReference {
   /// Torque that the sender of set-points adds to that of the controller, at the joint and in the sense of q
   /// (N m or N). Constant during a step: it enters no Jacobian and no rate.
   double feed_forward = 0.0;
+  /// Torque of a device on the joint (ArmMotion::applied). Constant during a step too.
+  double applied = 0.0;
 };
 
 struct DriveOutput {
@@ -79,6 +81,8 @@ class Drive {
  public:
   virtual ~Drive() = default;
   virtual int state_count() const = 0;  ///< at most DriveJacobian::kMaxStates
+  /// True if the applied torque is that of the drive; else it acts on the joint besides the drive.
+  virtual bool passes_applied_torque() const { return false; }
   /// Inertia rigidly geared to the joint (kg m^2 or kg); constant.
   virtual double armature() const { return 0.0; }
   /// States in equilibrium with the motion `reference`. They give the joint torque `tau` in addition to

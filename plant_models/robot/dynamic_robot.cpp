@@ -80,6 +80,7 @@ DynamicRobot::Impl::Impl(const DynamicRobotParameters& parameters,
       drives(std::move(arm_drives)),
       tree(tree_of(parameters, drives, grippers)),
       X_WR(parameters.X_WR),
+      robot(static_cast<std::size_t>(parameters.robot)),
       arm(parameters.arm.joint_count()),
       joints(tree.joint_count()) {
   for (size_t g = 0; g < grippers.size(); ++g) {
@@ -182,12 +183,14 @@ void DynamicRobot::Impl::solve(double t, const double* x, const CellMotion& moti
   MultibodyTree::Mask held{};
   for (int i = 0; i < joints; ++i) {
     const auto k = static_cast<size_t>(i);
+    if (i < arm) s.reference[k].applied = motion.arms[robot].applied[k];
     s.output[k] = drive(i).output(s.reference[k], x[i], x[joints + i], drive_states(x, i));
     if (i >= arm) {
       const double limit = grippers[static_cast<size_t>((i - arm) / 2)]->force_limit_N();
       s.output[k].max_holding_torque = std::min(s.output[k].max_holding_torque, limit);
     }
-    tau[k] = s.output[k].torque + stop_force(i, x) + sync_force(i, x, s.reference);
+    tau[k] = s.output[k].torque + besides_drive(i, s.reference[k].applied) + stop_force(i, x) +
+             sync_force(i, x, s.reference);
     held[k] = s.output[k].locks_joint || s.output[k].prescribes_acceleration;
     s.qdd[k] = s.output[k].prescribes_acceleration ? s.output[k].acceleration : 0.0;
   }
@@ -260,7 +263,7 @@ void DynamicRobot::state_from_motion(const double* q, const double* qd, double* 
   std::copy(qd, qd + m.joints, x + m.joints);
   m.update(x);
   m.tree.clear_wrenches(m.w);
-  m.balance_drives({}, x);
+  m.balance_drives({}, {}, x);
 }
 
 void DynamicRobot::state_from_motion(double t, const double* q, const double* qd, const CellMotion& motion,
@@ -274,18 +277,18 @@ void DynamicRobot::state_from_motion(double t, const double* q, const double* qd
   m.references(t, references);
   JointArray qdd{};
   for (size_t i = 0; i < static_cast<size_t>(m.joints); ++i) qdd[i] = references[i].qdd;
-  m.balance_drives(qdd, x);
+  m.balance_drives(qdd, motion.arms[m.robot].applied, x);
 }
 
-void DynamicRobot::Impl::balance_drives(const JointArray& qdd, double* x) {
+void DynamicRobot::Impl::balance_drives(const JointArray& qdd, const JointArray& applied, double* x) {
   JointArray tau{};
   tree.inverse_dynamics(qdd.data(), tau.data(), w);
   for (int i = 0; i < joints; ++i) {
     const auto k = static_cast<size_t>(i);
     const double feed_forward = i < arm ? reference.feed_forward()[k] : 0.0;
     // Drives bring their own armature.
-    drive(i).initial_state({x[i], x[joints + i], qdd[k], feed_forward},
-                           tau[k] - tree.model().joints[k].armature * qdd[k], x + z_begin[k]);
+    const double needed = tau[k] - tree.model().joints[k].armature * qdd[k] - besides_drive(i, applied[k]);
+    drive(i).initial_state({x[i], x[joints + i], qdd[k], feed_forward, applied[k]}, needed, x + z_begin[k]);
   }
   x[states - 2] = x[states - 1] = 0.0;
 }

@@ -31,8 +31,12 @@ struct DynamicRobot::Impl {
   void update(const double* x);
   void references(double t, std::array<JointReference, kMaxJoints>& references) const;
   void apply_wrenches(const CellMotion& motion, std::span<const Wrench> wrenches);
-  /// Drive states that give the acceleration `qdd` at x (with q and qd) under the applied wrenches.
-  void balance_drives(const JointArray& qdd, double* x);
+  /// Drive states that give the acceleration `qdd` at x (with q and qd) under the applied wrenches and torques.
+  void balance_drives(const JointArray& qdd, const JointArray& applied, double* x);
+  /// Torque of a device on a joint besides that of the drive.
+  double besides_drive(int joint, double applied) const {
+    return joint < arm && !drive(joint).passes_applied_torque() ? applied : 0.0;
+  }
   /// Force of the end stop on a jaw, along its joint.
   double stop_force(int joint, const double* x) const;
   /// Accelerations and holding torques at (t, x), for the friction modes in x.
@@ -49,6 +53,7 @@ struct DynamicRobot::Impl {
   std::vector<std::unique_ptr<Drive>> drives;  ///< arm, then jaws
   MultibodyTree tree;
   Pose X_WR;
+  std::size_t robot = 0;                ///< index into CellMotion::arms
   int arm = 0, joints = 0, states = 0;  ///< moving joints of the arm, with jaws, length of the segment
   std::array<int, kMaxJoints> z_begin{};
   std::array<DrivePattern, kMaxJoints> patterns;

@@ -9,6 +9,7 @@
 #include <any>
 #include <functional>
 #include <memory>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -30,6 +31,12 @@ struct HeldBy {
   std::string place;      ///< in the file
 };
 
+/// An input that follows another signal, as text (server/scenario/wires.h).
+struct StatedWire {
+  std::string to, text;
+  std::string place{};  ///< in the file
+};
+
 /// Arguments and results of the construction of a device, while a cell is built.
 class DeviceBuilder {
  public:
@@ -48,9 +55,11 @@ class DeviceBuilder {
     double surface_m2 = 0.0, emissivity = 0.0;
   };
   std::vector<Heated> heated{};
+  std::set<std::pair<std::size_t, std::size_t>> torques{};  ///< joints with one, by robot and joint
   /// Called in order when all devices of the cell are built, e.g. to find signals of others.
   std::vector<std::function<void()>> when_built{};
-  FmuOpener* fmus = nullptr;  ///< none: FMUs are not allowed
+  std::vector<StatedWire> wires{};  ///< ahead of those of the scenario
+  FmuOpener* fmus = nullptr;        ///< none: FMUs are not allowed
 
   /// Adds a plant model with its signals; every member of its parameters enters the model hash. Returns the
   /// device.

@@ -21,6 +21,7 @@ struct ScenarioFmu {
   std::optional<double> step_s;
 };
 DeviceType fmu_type();
+void build(const ScenarioFmu& s, DeviceBuilder& b);
 
 struct FmuParameters {
   FmuOffer offer;

@@ -1,6 +1,7 @@
 #pragma once
 // FMUs as devices see them: what a scenario asks for, what an FMU offers, and the running instance. The core knows no
 // archive, process or clock; server/fmu opens FMUs, and the program passes it on (ImportOptions::fmus).
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -41,9 +42,14 @@ using FmuWire = std::pair<std::string, std::string>;
 struct FmuRequest {
   std::string device;
   std::filesystem::path file;
-  double step_s = 0.0;                                         ///< of the FMU
-  std::map<std::string, std::string> parameters, start;        ///< by variable: value as text
-  std::optional<std::vector<FmuWire>> inputs, outputs;         ///< none: all
+  double step_s = 0.0;                                   ///< of the FMU
+  std::map<std::string, std::string> parameters, start;  ///< by variable: value as text
+  std::optional<std::vector<FmuWire>> inputs, outputs;   ///< none: all
+  /// Parameters and start values together, of which those that the FMU does not have are left out: of an SSP.
+  struct Value {
+    std::string text, unit;
+  };
+  std::map<std::string, Value> values{};
   double timeout_s = 5.0;                                      ///< wall time of one call
   int memory_MiB = 1024;                                       ///< address space of its process
   std::function<std::string(const std::string& key)> place{};  ///< of a key, for errors
@@ -58,12 +64,53 @@ struct FmuOffer {
   std::vector<std::string> notes{};  ///< for the user
 };
 
-/// Opens FMUs.
+/// A flat system of FMUs, as a file (SSP) states it.
+struct FmuSystem {
+  struct Element {
+    std::string name;  ///< letters, digits and underscores
+    std::filesystem::path file;
+    std::vector<FmuWire> inputs, outputs;
+    std::map<std::string, FmuRequest::Value> values;
+    std::map<std::string, std::string> units;  ///< by signal, where the file states them
+  };
+  /// An input or output of the system itself.
+  struct Port {
+    std::string name, unit;
+    SignalType type = SignalType::real;
+    bool is_input = true;
+    double start = 0.0;
+  };
+  /// The signal of an element, by its index, or a port of the system: -1.
+  struct End {
+    int element = -1;
+    std::string signal;
+  };
+  struct Connection {
+    End from, to;
+    bool converts_units = true;
+    double factor = 1.0, offset = 0.0;  ///< after the conversion
+    std::string place;
+  };
+  /// value in SI = factor * value + offset
+  struct Unit {
+    std::array<int, 8> exponents{};  ///< kg, m, s, A, K, mol, cd, rad
+    double factor = 1.0, offset = 0.0;
+  };
+  std::vector<Element> elements;
+  std::vector<Port> ports;
+  std::vector<Connection> connections;
+  std::map<std::string, Unit> units;
+  std::shared_ptr<const void> files{};  ///< keeps those of the elements
+};
+
+/// Opens FMUs and systems of FMUs.
 class FmuOpener {
  public:
   virtual ~FmuOpener() = default;
   /// Throws ScenarioError with the place of the key and the reason.
   virtual FmuOffer open(const FmuRequest& request) = 0;
+  /// The FMUs of the system can be opened while it lives. Throws ScenarioError.
+  virtual FmuSystem open_system(const std::filesystem::path& file, const std::string& place) = 0;
 };
 
 }  // namespace takt

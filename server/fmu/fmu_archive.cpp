@@ -36,12 +36,24 @@ void check_name(const std::string& name) {
     if (part == "..") refuse("leads out of the archive ('..')");
 }
 
-bool is_wanted(const std::string& name) {
+bool is_of_ssp(const std::string& name) {
+  return name == "SystemStructure.ssd" || name.ends_with(".fmu") || name.ends_with(".ssv");
+}
+
+bool is_of_fmu(const std::string& name) {
   static const std::string binaries2 = "binaries/" + std::string(kPlatform2) + "/",
                            binaries3 = "binaries/" + std::string(kPlatform3) + "/";
   return name == "modelDescription.xml" || name.starts_with("resources/") || name.starts_with(binaries2) ||
          name.starts_with(binaries3);
 }
+
+/// What an archive is to hold.
+struct Contents {
+  std::string_view kind, description;
+  bool (*is_wanted)(const std::string& name);
+};
+constexpr Contents kFmu{"FMUs", "modelDescription.xml", is_of_fmu},
+    kSsp{"SSPs", "SystemStructure.ssd", is_of_ssp};
 
 void unpack_entry(unzFile archive, const std::filesystem::path& to, std::size_t most, std::size_t& bytes) {
   std::filesystem::create_directories(to.parent_path());
@@ -57,11 +69,50 @@ void unpack_entry(unzFile archive, const std::filesystem::path& to, std::size_t 
       throw FmuError("it has more than " + std::to_string(kLargestFmu_bytes >> 20U) +
                      " MiB when unpacked; takt takes no more");
     if (size > most)
-      throw FmuError("its modelDescription.xml has more than " + std::to_string(most >> 20U) +
+      throw FmuError("its " + to.filename().string() + " has more than " + std::to_string(most >> 20U) +
                      " MiB; takt takes no more");
     out.write(buffer.data(), got);
   }
   if (!out.flush()) throw FmuError("it cannot be unpacked to " + to.string() + ": the disk may be full");
+}
+
+void unpack(const std::filesystem::path& file, const std::filesystem::path& directory,
+            const Contents& contents) {
+  const std::unique_ptr<void, int (*)(unzFile)> archive(unzOpen64(file.c_str()), &unzClose);
+  if (!archive) throw FmuError("it is no ZIP archive, as " + std::string(contents.kind) + " are");
+  std::size_t files = 0, bytes = 0;
+  std::set<std::string> seen;
+  for (int more = unzGoToFirstFile(archive.get()); more != UNZ_END_OF_LIST_OF_FILE;
+       more = unzGoToNextFile(archive.get())) {
+    if (more != UNZ_OK) throw FmuError("its list of files is damaged");
+    if (++files > kMostFmuFiles)
+      throw FmuError("it has more than " + std::to_string(kMostFmuFiles) + " files; takt takes no more");
+    unz_file_info64 info{};
+    std::array<char, kLongestName + 2> text{};
+    if (unzGetCurrentFileInfo64(archive.get(), &info, text.data(), text.size() - 1, nullptr, 0, nullptr, 0) !=
+        UNZ_OK)
+      throw FmuError("its list of files is damaged");
+    const std::string name(text.data(), std::min<std::size_t>(info.size_filename, text.size() - 1));
+    check_name(name);
+    if (S_ISLNK(info.external_fa >> 16U))
+      throw FmuError("its entry " + quoted(name) + " is a link; " + std::string(contents.kind) +
+                     " have none");
+    if ((info.flag & 1U) != 0)
+      throw FmuError("its entry " + quoted(name) + " is encrypted; " + std::string(contents.kind) +
+                     " are not");
+    if (name.ends_with('/') || !contents.is_wanted(name)) continue;
+    if (!seen.insert(std::filesystem::path(name).lexically_normal().string()).second)
+      throw FmuError("its entry " + quoted(name) + " stands twice");
+    if (unzOpenCurrentFile(archive.get()) != UNZ_OK)
+      throw FmuError("its entry " + quoted(name) +
+                     " cannot be unpacked; allowed are the methods deflate and store");
+    unpack_entry(archive.get(), directory / name,
+                 name == contents.description ? kLargestDescription_bytes : kLargestFmu_bytes, bytes);
+    if (unzCloseCurrentFile(archive.get()) != UNZ_OK)
+      throw FmuError("its entry " + quoted(name) + " is damaged: its checksum is wrong");
+  }
+  if (const std::string description(contents.description); !seen.contains(description))
+    throw FmuError("it has no " + description);
 }
 
 }  // namespace
@@ -78,37 +129,11 @@ FreshDirectory::~FreshDirectory() {
 }
 
 void unpack_fmu(const std::filesystem::path& file, const std::filesystem::path& directory) {
-  const std::unique_ptr<void, int (*)(unzFile)> archive(unzOpen64(file.c_str()), &unzClose);
-  if (!archive) throw FmuError("it is no ZIP archive, as FMUs are");
-  std::size_t files = 0, bytes = 0;
-  std::set<std::string> seen;
-  for (int more = unzGoToFirstFile(archive.get()); more != UNZ_END_OF_LIST_OF_FILE;
-       more = unzGoToNextFile(archive.get())) {
-    if (more != UNZ_OK) throw FmuError("its list of files is damaged");
-    if (++files > kMostFmuFiles)
-      throw FmuError("it has more than " + std::to_string(kMostFmuFiles) + " files; takt takes no more");
-    unz_file_info64 info{};
-    std::array<char, kLongestName + 2> text{};
-    if (unzGetCurrentFileInfo64(archive.get(), &info, text.data(), text.size() - 1, nullptr, 0, nullptr, 0) !=
-        UNZ_OK)
-      throw FmuError("its list of files is damaged");
-    const std::string name(text.data(), std::min<std::size_t>(info.size_filename, text.size() - 1));
-    check_name(name);
-    if (S_ISLNK(info.external_fa >> 16U))
-      throw FmuError("its entry " + quoted(name) + " is a link; FMUs have none");
-    if ((info.flag & 1U) != 0) throw FmuError("its entry " + quoted(name) + " is encrypted; FMUs are not");
-    if (name.ends_with('/') || !is_wanted(name)) continue;
-    if (!seen.insert(std::filesystem::path(name).lexically_normal().string()).second)
-      throw FmuError("its entry " + quoted(name) + " stands twice");
-    if (unzOpenCurrentFile(archive.get()) != UNZ_OK)
-      throw FmuError("its entry " + quoted(name) +
-                     " cannot be unpacked; allowed are the methods deflate and store");
-    unpack_entry(archive.get(), directory / name,
-                 name == "modelDescription.xml" ? kLargestDescription_bytes : kLargestFmu_bytes, bytes);
-    if (unzCloseCurrentFile(archive.get()) != UNZ_OK)
-      throw FmuError("its entry " + quoted(name) + " is damaged: its checksum is wrong");
-  }
-  if (!seen.contains("modelDescription.xml")) throw FmuError("it has no modelDescription.xml");
+  unpack(file, directory, kFmu);
+}
+
+void unpack_ssp(const std::filesystem::path& file, const std::filesystem::path& directory) {
+  unpack(file, directory, kSsp);
 }
 
 std::string sha256_of(const std::filesystem::path& file) {

@@ -1,5 +1,5 @@
 #pragma once
-// FMU files: ZIP archives, unpacked into a fresh directory.
+// FMUs and SSPs: ZIP archives, unpacked into a fresh directory.
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -29,6 +29,8 @@ inline constexpr std::size_t kLargestDescription_bytes = std::size_t{64} << 20U;
 /// Throws FmuError: no archive, encrypted, a name that leads out of it, a link, beyond the limits. A name that
 /// stands twice is refused.
 void unpack_fmu(const std::filesystem::path& file, const std::filesystem::path& directory);
+/// The same for a system of FMUs: SystemStructure.ssd, and all FMUs and parameter sets (.fmu, .ssv).
+void unpack_ssp(const std::filesystem::path& file, const std::filesystem::path& directory);
 
 /// Folders of binaries for this platform, by FMI 2.0 and by 3.0.
 inline constexpr std::string_view kPlatform2 = "linux64", kPlatform3 = "x86_64-linux";

@@ -12,6 +12,7 @@
 #include "server/fmu/fmu_archive.h"
 #include "server/fmu/fmu_process.h"
 #include "server/fmu/model_description.h"
+#include "server/fmu/ssp_file.h"
 #include "server/simulation/model/model_digest.h"
 
 namespace takt {
@@ -68,21 +69,6 @@ SignalType signal_type(FmuType type) {
   return type == FmuType::float64 || type == FmuType::float32 ? SignalType::real : SignalType::integer;
 }
 
-/// Letters, digits and underscores of a variable's name: motor.tau[1] is motor_tau_1.
-std::string signal_name(const std::string& variable) {
-  std::string name;
-  for (const char c : variable) {
-    const bool usual = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
-    if (usual)
-      name += c;
-    else if (!name.empty() && name.back() != '_')
-      name += '_';
-  }
-  while (name.ends_with('_')) name.pop_back();
-  if (name.empty() || (name.front() >= '0' && name.front() <= '9')) name = "v" + name;
-  return name;
-}
-
 bool is_signal_name(const std::string& name) {
   return signal_name(name) == name ||
          (!name.empty() && name.size() <= 64 &&
@@ -120,6 +106,7 @@ class Wiring {
     check_step(offer);
     set(r_.parameters, "parameters", start);
     set(r_.start, "start", start);
+    set_values(offer, start);
     wire_inputs(offer, start);
     wire_outputs(offer, start);
   }
@@ -153,6 +140,27 @@ class Wiring {
     } catch (const FmuError& error) {
       fail(key, error.what());
     }
+  }
+
+  /// Values of a parameter set, which may name more than the FMU has.
+  void set_values(FmuOffer& offer, fmu_wire::Start& start) const {
+    std::map<std::string, std::string> parameters, others;
+    for (const auto& [name, value] : r_.values) {
+      FmuDescription::Element found;
+      try {
+        found = fmu_.find(name);
+      } catch (const FmuError&) {
+        offer.notes.push_back(r_.device + ": the FMU has no variable '" + name +
+                              "' for the value of the parameter set.");
+        continue;
+      }
+      if (!value.unit.empty() && value.unit != found.variable->unit)
+        fail("file", "the parameter set gives '" + name + "' in the unit '" + value.unit +
+                         "'; allowed: that of the FMU, '" + found.variable->unit + "'");
+      (found.variable->causality == "parameter" ? parameters : others)[name] = value.text;
+    }
+    set(parameters, "parameters", start);
+    set(others, "start", start);
   }
 
   void set(const std::map<std::string, std::string>& values, const char* key, fmu_wire::Start& start) const {
@@ -310,13 +318,42 @@ FmuLibrary::FmuLibrary(std::filesystem::path allowed, std::filesystem::path host
   }
 }
 
-FmuOffer FmuLibrary::open(const FmuRequest& request) {
+std::filesystem::path FmuLibrary::allowed_file(const std::filesystem::path& file,
+                                               const std::string& place) const {
   std::error_code error, no_root;
   const auto root = std::filesystem::canonical(allowed_, no_root),
-             file = std::filesystem::canonical(request.file, error);
-  if (error || no_root || !is_below(root, file))
-    throw ScenarioError(request.place("file") + ": found '" + request.file.string() +
+             found = std::filesystem::canonical(file, error);
+  bool allowed = !error && !no_root && is_below(root, found);
+  for (const auto& system : systems_)
+    if (const auto files = system.lock(); files && !error)
+      allowed = allowed || is_below(std::filesystem::canonical(files->path()), found);
+  if (!allowed)
+    throw ScenarioError(place + ": found '" + file.string() +
                         "'; allowed: FMUs below the directory of --allow-fmus, " + allowed_.string());
+  return found;
+}
+
+FmuSystem FmuLibrary::open_system(const std::filesystem::path& stated, const std::string& place) {
+  const std::filesystem::path file = allowed_file(stated, place);
+  const auto files = std::make_shared<FreshDirectory>();
+  try {
+    unpack_ssp(file, files->path());
+    FmuSystem system = read_ssp(files->path());
+    for (FmuSystem::Element& element : system.elements) {
+      for (std::vector<FmuWire>* wires : {&element.inputs, &element.outputs})
+        for (auto& [signal, variable] : *wires) signal = signal_name(variable);
+    }
+    system.files = files;
+    std::erase_if(systems_, [](const auto& old) { return old.expired(); });
+    systems_.push_back(files);
+    return system;
+  } catch (const FmuError& failure) {
+    throw ScenarioError(place + ": the SSP " + file.filename().string() + ": " + failure.what());
+  }
+}
+
+FmuOffer FmuLibrary::open(const FmuRequest& request) {
+  const std::filesystem::path file = allowed_file(request.file, request.place("file"));
   FmuOffer offer;
   try {
     auto files = std::make_shared<FreshDirectory>();

@@ -233,6 +233,20 @@ class Reader {
 
 }  // namespace
 
+std::string signal_name(const std::string& variable) {
+  std::string name;
+  for (const char c : variable) {
+    const bool usual = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
+    if (usual)
+      name += c;
+    else if (!name.empty() && name.back() != '_')
+      name += '_';
+  }
+  while (name.ends_with('_')) name.pop_back();
+  if (name.empty() || (name.front() >= '0' && name.front() <= '9')) name = "v" + name;
+  return name;
+}
+
 std::string_view name_of(FmuType type) {
   return kTypes[static_cast<std::size_t>(type)];
 }

@@ -70,6 +70,9 @@ struct FmuDescription {
   Element find(const std::string& name) const;
 };
 
+/// Letters, digits and underscores of a variable's name: motor.tau[1] is motor_tau_1.
+std::string signal_name(const std::string& variable);
+
 /// Throws FmuError: no XML, no FMI 2.0 or 3.0, no co-simulation, needs a tool, or beyond the limits.
 FmuDescription read_model_description(std::string_view xml);
 

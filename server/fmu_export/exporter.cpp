@@ -289,9 +289,9 @@ void write_archive(const fs::path& folder, const fs::path& file) {
 
 FmuExportResult export_fmu(const Scenario& scenario, const FmuExportOptions& options) {
   for (const StatedDevice& device : scenario.devices)
-    if (device.type == &device_type("fmus"))
+    if (device.type == &device_type("fmus") || device.type == &device_type("ssp"))
       throw ScenarioError(
-          scenario.file.string() + ": fmus." + device.name +
+          scenario.file.string() + ": " + device.type->key + "." + device.name +
           ": found an FMU in a cell to export; allowed: cells without FMUs, as an FMU runs no others");
   if (!fs::exists(options.library))
     throw std::runtime_error("the library of exported cells is not there: " + options.library.string());

@@ -186,7 +186,9 @@ void add_gripper(const Scenario& scenario, const ScenarioGripper& gripper, Impor
   cell.description.grippers.push_back(description);
 }
 
-void add_devices(const Scenario& scenario, const SharedMeshes& meshes, FmuOpener* fmus, CellModel& cell) {
+/// Returns the wires that the devices bring with them.
+std::vector<StatedWire> add_devices(const Scenario& scenario, const SharedMeshes& meshes, FmuOpener* fmus,
+                                    CellModel& cell) {
   DeviceBuilder b(meshes, scenario.temperature_degC, cell);
   b.fmus = fmus;
   for (const DeviceType& type : device_types()) {
@@ -207,6 +209,7 @@ void add_devices(const Scenario& scenario, const SharedMeshes& meshes, FmuOpener
     }
   }
   for (const auto& finish : b.when_built) finish();
+  return std::move(b.wires);
 }
 
 /// Checks the step of levels 1 and 2 against its known limit. Skipped for a cell that begins with contact,
@@ -266,8 +269,9 @@ std::shared_ptr<const CellModel> build_cell(const Scenario& stated, const Import
   note_units(scenario, *cell);
   add_world_bounds(scenario, *cell);
   add_dynamics(scenario, arms, meshes, *cell);
-  add_devices(scenario, meshes, options.fmus, *cell);
-  add_wires(scenario.wires, cell->description);
+  std::vector<StatedWire> wires = add_devices(scenario, meshes, options.fmus, *cell);
+  wires.insert(wires.end(), scenario.wires.begin(), scenario.wires.end());
+  add_wires(wires, cell->description);
   cell->pairs = generate_pairs(cell->components);
   add_grip_friction(scenario, *cell);
   add_contact(scenario, meshes, *cell);

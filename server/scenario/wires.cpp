@@ -30,7 +30,9 @@ KeyInfo WireRule::info() {
   KeyInfo any = Text::info();
   any.key = "*";
   any.doc =
-      "SIGNAL, not SIGNAL, SIGNAL > NUMBER, SIGNAL < NUMBER, or NUMBER * SIGNAL; names are NAME.SIGNAL.";
+      "SIGNAL, not SIGNAL, SIGNAL > NUMBER, SIGNAL < NUMBER, NUMBER * SIGNAL, or NUMBER * SIGNAL + NUMBER; "
+      "names are "
+      "NAME.SIGNAL.";
   return {.kind = KeyInfo::Kind::section, .items = {any}};
 }
 
@@ -50,7 +52,8 @@ std::optional<double> number_of(const std::string& word) {
 /// The words of the text. Returns the name of the source.
 std::string parse(const ScenarioWire& stated, SignalWire& wire) {
   constexpr const char* kForms =
-      "SIGNAL, not SIGNAL, SIGNAL > NUMBER, SIGNAL < NUMBER, or NUMBER * SIGNAL, with spaces";
+      "SIGNAL, not SIGNAL, SIGNAL > NUMBER, SIGNAL < NUMBER, NUMBER * SIGNAL, or NUMBER * SIGNAL + NUMBER, "
+      "with spaces";
   std::istringstream text(stated.text);
   std::vector<std::string> words;
   for (std::string word; text >> word;) words.push_back(word);
@@ -59,6 +62,12 @@ std::string parse(const ScenarioWire& stated, SignalWire& wire) {
     words.erase(words.begin());
   }
   if (words.size() == 1) return words[0];
+  if (words.size() == 5 && !wire.invert && words[1] == "*" && words[3] == "+") {
+    const auto offset = number_of(words[4]);
+    if (!offset) fail(stated, "'" + words[4] + "'", "a number after +");
+    wire.offset = *offset;
+    words.resize(3);
+  }
   if (words.size() != 3) fail(stated, "'" + stated.text + "'", kForms);
   if (words[1] == "*" && !wire.invert) {
     const auto factor = number_of(words[0]);
@@ -88,7 +97,9 @@ void check_types(const ScenarioWire& stated, const SignalWire& wire, const CellD
     fail(stated, "'" + stated.text + "'", source + " or not " + source + ", which is boolean");
   if (wire.invert && !tested && from != SignalType::boolean)
     fail(stated, "'" + stated.text + "'", "not with a boolean signal, or with a comparison");
-  const SignalType value = tested ? SignalType::boolean : wire.factor != 1.0 ? SignalType::real : from;
+  const SignalType value = tested                                     ? SignalType::boolean
+                           : wire.factor != 1.0 || wire.offset != 0.0 ? SignalType::real
+                                                                      : from;
   if (to == SignalType::boolean && value != SignalType::boolean)
     fail(stated, "'" + stated.text + "', a number",
          "a boolean signal, or a comparison, for the boolean " + stated.to);

@@ -1,18 +1,16 @@
 #pragma once
 // `wires` of a scenario: inputs of devices and grippers that follow other signals. The text of a wire is one of
-//   SIGNAL, not SIGNAL, SIGNAL > NUMBER, SIGNAL < NUMBER, not SIGNAL > NUMBER, NUMBER * SIGNAL.
+//   SIGNAL, not SIGNAL, SIGNAL > NUMBER, SIGNAL < NUMBER, not SIGNAL > NUMBER, NUMBER * SIGNAL, NUMBER * SIGNAL + NUMBER.
 #include <string>
 #include <vector>
 
+#include "server/devices/device_type.h"
 #include "server/fields/rules.h"
 #include "server/simulation/model/signals.h"
 
 namespace takt {
 
-struct ScenarioWire {
-  std::string to, text;
-  std::string place{};  ///< in the file
-};
+using ScenarioWire = StatedWire;
 
 /// A mapping of inputs to texts.
 struct WireRule {

@@ -3,39 +3,19 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <minizip/zip.h>
 #include <sys/stat.h>
 
 #include "server/fmu/model_description.h"
 #include "tests/support/fmu_cell.h"
+#include "tests/support/zip_file.h"
 
 namespace takt {
 namespace {
 
 using testing::HasSubstr;
 
-struct Entry {
-  std::string name, content = "x";
-  unsigned mode = 0;
-};
-
-void write_zip(const std::filesystem::path& file, const std::vector<Entry>& entries) {
-  const zipFile zip = zipOpen64(file.c_str(), APPEND_STATUS_CREATE);
-  ASSERT_NE(zip, nullptr);
-  for (const Entry& entry : entries) {
-    zip_fileinfo info{};
-    info.external_fa = static_cast<uLong>(entry.mode) << 16U;
-    // Made on Unix, so that the mode counts.
-    ASSERT_EQ(zipOpenNewFileInZip4_64(zip, entry.name.c_str(), &info, nullptr, 0, nullptr, 0, nullptr,
-                                      Z_DEFLATED, 9, 0, -MAX_WBITS, DEF_MEM_LEVEL, Z_DEFAULT_STRATEGY,
-                                      nullptr, 0, 3U << 8U, 0, 0),
-              ZIP_OK);
-    ASSERT_EQ(zipWriteInFileInZip(zip, entry.content.data(), static_cast<unsigned>(entry.content.size())),
-              ZIP_OK);
-    ASSERT_EQ(zipCloseFileInZip(zip), ZIP_OK);
-  }
-  ASSERT_EQ(zipClose(zip, nullptr), ZIP_OK);
-}
+using Entry = test::ZipEntry;
+using test::write_zip;
 
 /// The reason why an archive is refused, which leaves nothing outside of the directory.
 std::string unpacking(const std::vector<Entry>& entries) {

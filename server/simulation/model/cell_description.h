@@ -85,7 +85,7 @@ struct SignalRef {
   auto operator<=>(const SignalRef&) const = default;
 };
 
-/// An input that follows another signal. Value of the input: `factor` times the other one; with `test`: whether it is
+/// An input that follows another signal. Value of the input: `factor` times the other one plus `offset`; with `test`: whether it is
 /// beyond `threshold`; `invert`: the opposite of that.
 struct SignalWire {
   enum class Test : std::uint8_t { none, above, below };
@@ -93,7 +93,7 @@ struct SignalWire {
   bool invert = false;
   Test test = Test::none;
   double threshold = 0.0;
-  double factor = 1.0;
+  double factor = 1.0, offset = 0.0;
   std::string text{};  ///< as in the scenario
 };
 

@@ -13,6 +13,9 @@ std::vector<std::unique_ptr<Drive>> make_drives(const std::vector<DriveParameter
     std::unique_ptr<Drive> operator()(const DetailedDriveParameters& p) const {
       return std::make_unique<DetailedDrive>(p);
     }
+    std::unique_ptr<Drive> operator()(const SignalDriveParameters& p) const {
+      return std::make_unique<SignalDrive>(p);
+    }
   };
   std::vector<std::unique_ptr<Drive>> result;
   for (const DriveParameters& parameters : drives) result.push_back(std::visit(Make{}, parameters));

@@ -14,6 +14,7 @@
 #include "plant_models/robot/dynamic_robot.h"
 #include "plant_models/robot/ideal_servo.h"
 #include "plant_models/robot/kinematic_robot.h"
+#include "plant_models/robot/signal_drive.h"
 #include "plant_models/robot/simplified_drive.h"
 #include "server/components/pair_generation.h"
 #include "server/contact/clearance/clearance_model.h"
@@ -72,8 +73,8 @@ struct ImportNote {
   std::optional<Shapes> shapes{};  ///< of a component
 };
 
-using DriveParameters =
-    std::variant<IdealServoParameters, SimplifiedDriveParameters, DetailedDriveParameters>;
+using DriveParameters = std::variant<IdealServoParameters, SimplifiedDriveParameters, DetailedDriveParameters,
+                                     SignalDriveParameters>;
 
 /// Dynamics of a robot above LoD 1.
 struct RobotDynamics {

@@ -56,6 +56,7 @@ void digest(ModelDigest& hash, const RobotDescription& robot) {
 }
 void digest(ModelDigest& hash, const SignalWire& wire) {
   hash << wire.to << wire.from << wire.invert << wire.test << wire.threshold << wire.factor;
+  if (wire.offset != 0.0) hash << wire.offset;
 }
 void digest(ModelDigest& hash, const CellDescription& cell) {
   // The rest is in the model itself, or a picture.

@@ -14,7 +14,7 @@ constexpr double kInPosition_m = 1e-4;
 
 /// The value that a wire gives to an input whose limits are these.
 double wired_value(const SignalWire& wire, double source, const SignalDescription& input) {
-  double value = wire.factor * source;
+  double value = wire.factor * source + wire.offset;
   if (wire.test == SignalWire::Test::above) value = source > wire.threshold ? 1.0 : 0.0;
   if (wire.test == SignalWire::Test::below) value = source < wire.threshold ? 1.0 : 0.0;
   if (wire.invert) value = value != 0.0 ? 0.0 : 1.0;

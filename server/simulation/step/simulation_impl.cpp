@@ -219,6 +219,12 @@ void Simulation::Impl::apply(const TrajectoryCommand& command) {
   robot_commands[robot].note(command.stamp);
 }
 
+/// Inputs enter the motion too: a torque on a joint, a heat flow.
+void Simulation::Impl::input_changed() {
+  plant.integrator().restart();
+  motion_is_current = false;
+}
+
 void Simulation::Impl::apply(const DeviceCommand& command) {
   const auto device = static_cast<std::size_t>(command.device);
   // Controllers repeat unchanged values: only a changed value is a jump of the right-hand side.
@@ -237,7 +243,7 @@ void Simulation::Impl::apply(const DeviceCommand& command) {
     plant.device(device).set_signal(time(), command.signals[at], command.values[at]);
     jumps = true;
   }
-  if (jumps) plant.integrator().restart();
+  if (jumps) input_changed();
   device_commands[device].note(command.stamp);
 }
 
@@ -414,7 +420,7 @@ bool Simulation::Impl::step(std::span<const Command> commands) {
   if (!fault.empty()) return false;
   if (!model->description.wires.empty()) {
     refresh_motion();
-    if (signals.follow_wires(time())) plant.integrator().restart();
+    if (signals.follow_wires(time())) input_changed();
   }
   begin_mechanisms();
   for (ReferenceMotion& motion : reference_motions) {

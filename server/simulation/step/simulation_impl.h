@@ -122,6 +122,7 @@ struct Simulation::Impl {
   /// Message with the component's name if it does not exist or is not a Part; else empty.
   std::string not_a_part(int component, const char* wanted) const;
   void wake_all();
+  void input_changed();
   /// After attach and detach: the fault, if one arose.
   std::string changed_holds();
 

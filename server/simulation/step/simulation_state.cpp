@@ -287,7 +287,7 @@ std::string Simulation::force_signal(SignalRef ref, double value) {
   s.plant.set_time(s.time());
   s.guard([&] {
     s.refresh_motion();
-    if (s.signals.force(ref, value, s.time())) s.plant.integrator().restart();
+    if (s.signals.force(ref, value, s.time())) s.input_changed();
   });
   return s.fault;
 }
@@ -299,7 +299,7 @@ std::string Simulation::release_signal(SignalRef ref) {
   s.plant.set_time(s.time());
   s.guard([&] {
     s.refresh_motion();
-    if (s.signals.release(ref, s.time())) s.plant.integrator().restart();
+    if (s.signals.release(ref, s.time())) s.input_changed();
   });
   return s.fault;
 }

@@ -1,0 +1,13 @@
+#pragma once
+// Systems of FMUs: SystemStructure.ssd of an unpacked SSP (System Structure and Parameterization, 1.0), as far as the system
+// is flat. What takt does not do is refused with its line.
+#include <filesystem>
+
+#include "server/devices/fmu_link.h"
+
+namespace takt {
+
+/// `directory`: where the SSP was unpacked to. Throws FmuError.
+FmuSystem read_ssp(const std::filesystem::path& directory);
+
+}  // namespace takt

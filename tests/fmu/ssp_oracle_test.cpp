@@ -1,0 +1,280 @@
+// Systems of FMUs in one file (SSP): a DC motor of two FMUs against the same FMUs, stepped here by hand; transformations,
+// units, parameter sets, and what takt does not do.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <iterator>
+#include <numbers>
+
+#include "server/fmu/model_description.h"
+#include "server/fmu/ssp_file.h"
+#include "tests/support/device_cell.h"
+#include "tests/support/fmu_cell.h"
+#include "tests/support/zip_file.h"
+
+namespace takt::test {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+std::string bytes_of(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+std::string connector(const std::string& name, const std::string& kind,
+                      const std::string& type = "<ssc:Real/>") {
+  return "<ssd:Connector name='" + name + "' kind='" + kind + "'>" + type + "</ssd:Connector>";
+}
+
+/// A system; each text is a part of it.
+struct System {
+  std::string ports = connector("u", "input", "<ssc:Real unit='V'/>") +
+                      connector("speed", "output", "<ssc:Real unit='rpm'/>");
+  std::string winding_values =
+      "<ssd:ParameterBindings><ssd:ParameterBinding><ssd:ParameterValues><ssv:ParameterSet version='1.0' "
+      "name='p'>"
+      "<ssv:Parameters><ssv:Parameter name='R'><ssv:Real value='2'/></ssv:Parameter>"
+      "<ssv:Parameter name='k'><ssv:Real value='0.5'/></ssv:Parameter>"
+      "<ssv:Parameter name='colour'><ssv:String value='red'/></ssv:Parameter></ssv:Parameters>"
+      "</ssv:ParameterSet></ssd:ParameterValues></ssd:ParameterBinding></ssd:ParameterBindings>";
+  std::string system_values =
+      "<ssd:ParameterBindings><ssd:ParameterBinding source='resources/system.ssv'/></ssd:ParameterBindings>";
+  std::string elements;  ///< besides the two
+  std::string connections =
+      "<ssd:Connection startConnector='u' endElement='winding 1' endConnector='u'/>"
+      "<ssd:Connection startElement='winding 1' startConnector='tau' endElement='rotor' endConnector='tau'>"
+      "<ssc:LinearTransformation factor='0.5' offset='0.01'/></ssd:Connection>"
+      "<ssd:Connection startElement='winding 1' startConnector='w' endElement='rotor' endConnector='w'/>"
+      "<ssd:Connection startElement='rotor' startConnector='w' endConnector='speed'/>";
+  std::string rest;
+  std::string rotor_source = "resources/rotor.fmu";
+
+  std::string xml() const {
+    return "<?xml version='1.0' encoding='UTF-8'?>\n<ssd:SystemStructureDescription version='1.0' "
+           "name='motor'"
+           " xmlns:ssd='http://ssp-standard.org/SSP1/SystemStructureDescription'"
+           " xmlns:ssc='http://ssp-standard.org/SSP1/SystemStructureCommon'"
+           " xmlns:ssv='http://ssp-standard.org/SSP1/SystemStructureParameterValues'>\n<ssd:System "
+           "name='motor'>\n"
+           "<ssd:Connectors>" +
+           ports + "</ssd:Connectors>\n" + system_values +
+           "\n<ssd:Elements>\n<ssd:Component name='winding 1'"
+           " type='application/x-fmu-sharedlibrary' source='resources/winding.fmu'><ssd:Connectors>" +
+           connector("u", "input") + connector("w", "input") + connector("tau", "output") +
+           connector("R", "parameter") +
+           "</ssd:Connectors><ssd:ElementGeometry x1='0' y1='0' x2='1' y2='1'/>" + winding_values +
+           "</ssd:Component>\n<ssd:Component name='rotor' source='" + rotor_source + "'><ssd:Connectors>" +
+           connector("tau", "input") + connector("w", "output", "<ssc:Real unit='rad/s'/>") +
+           "</ssd:Connectors></ssd:Component>\n" + elements + "</ssd:Elements>\n<ssd:Connections>\n" +
+           connections + "\n</ssd:Connections>\n</ssd:System>\n" +
+           "<ssd:Units><ssc:Unit name='rad/s'><ssc:BaseUnit rad='1' s='-1'/></ssc:Unit>"
+           "<ssc:Unit name='rpm'><ssc:BaseUnit rad='1' s='-1' factor='0.10471975511965977'/></ssc:Unit>"
+           "<ssc:Unit name='V'><ssc:BaseUnit kg='1' m='2' s='-3' A='-1'/></ssc:Unit></ssd:Units>" +
+           rest + "</ssd:SystemStructureDescription>\n";
+  }
+};
+
+const std::string kSystemSet =
+    "<ssv:ParameterSet version='1.0' name='s' "
+    "xmlns:ssv='http://ssp-standard.org/SSP1/SystemStructureParameterValues'>"
+    "<ssv:Parameters><ssv:Parameter name='u'><ssv:Real value='12'/></ssv:Parameter>"
+    "<ssv:Parameter name='winding 1.k'><ssv:Real value='0.2'/></ssv:Parameter>"
+    "<ssv:Parameter name='rotor.J'><ssv:Real "
+    "value='0.002'/></ssv:Parameter></ssv:Parameters></ssv:ParameterSet>";
+
+std::shared_ptr<const CellModel> load_system(const System& system, const std::string& keys = "",
+                                             const std::string& more = "") {
+  const TemporaryDirectory directory;
+  write_zip(directory / "motor.ssp", {{"SystemStructure.ssd", system.xml()},
+                                      {"resources/system.ssv", kSystemSet},
+                                      {"resources/winding.fmu", bytes_of(kTestFmus / "winding.fmu")},
+                                      {"resources/rotor.fmu", bytes_of(kTestFmus / "rotor.fmu")}});
+  directory.write("cell.yaml",
+                  "takt_scenario: 1\nname: ssp\nsolver: {step_s: 0.001}\nssp: {Motor: {file: motor.ssp" +
+                      keys + "}}\n" + more);
+  FmuLibrary library(directory.path(), kFmuHost);
+  ImportOptions import;
+  import.fmus = &library;
+  return load_cell(directory / "cell.yaml", {}, import);
+}
+
+/// One of the FMUs without a cell.
+struct ByHand {
+  std::unique_ptr<FmuLink> link;
+  std::vector<double> outputs;
+
+  ByHand(const std::string& name, const std::map<std::string, std::string>& parameters,
+         const std::vector<FmuWire>& inputs, const std::vector<FmuWire>& results) {
+    FmuLibrary library(kTestFmus, kFmuHost);
+    FmuRequest request;
+    request.device = name;
+    request.file = kTestFmus / (name + ".fmu");
+    request.step_s = 0.001;
+    request.parameters = parameters;
+    request.inputs = inputs, request.outputs = results;
+    request.place = [](const std::string& key) { return key; };
+    const FmuOffer offer = library.open(request);
+    outputs = offer.output_start;
+    link = offer.make();
+    EXPECT_EQ(link->restart(outputs), "");
+  }
+};
+
+TEST(Ssp, ASystemOfTwoFmusHasTheBitsOfTheirStepsByHand) {
+  DeviceCell cell(load_system({}));
+  ByHand winding("winding", {{"R", "2"}, {"k", "0.2"}}, {{"", "u"}, {"", "w"}}, {{"", "tau"}});
+  ByHand rotor("rotor", {{"J", "0.002"}}, {{"", "tau"}}, {{"", "w"}});
+  for (int i = 0; i < 300; ++i) {
+    const double torque = 0.5 * winding.outputs[0] + 0.01, speed = rotor.outputs[0];
+    const double to_winding[] = {12.0, speed}, to_rotor[] = {torque};
+    ASSERT_EQ(winding.link->step(1e-3 * i, 1e-3, to_winding, winding.outputs), "");
+    ASSERT_EQ(rotor.link->step(1e-3 * i, 1e-3, to_rotor, rotor.outputs), "");
+    ASSERT_TRUE(cell.step());
+    ASSERT_EQ(cell.read("Motor_winding_1", "tau"), winding.outputs[0]) << i;
+    ASSERT_EQ(cell.read("Motor_rotor", "w"), rotor.outputs[0]) << i;
+    ASSERT_EQ(cell.read("Motor_rotor", "tau"), torque) << i;
+    // A connector of the system follows at the beginning of the next step.
+    ASSERT_NEAR(cell.read("Motor", "speed"), speed * 30.0 / std::numbers::pi, 1e-9) << i;
+  }
+  EXPECT_GT(rotor.outputs[0], 1.0);
+}
+
+TEST(Ssp, ConnectorsOfTheSystemAreSignalsForWiresAndClients) {
+  DeviceCell cell(load_system({}, ", step_s: 0.002", "wires: {Motor.u: 2 * Motor_rotor.w + 3}\n"));
+  EXPECT_EQ(cell.description().devices.size(), 3U);
+  ASSERT_TRUE(cell.step());
+  EXPECT_EQ(cell.read("Motor", "u"), 3.0);
+  EXPECT_EQ(cell.read("Motor_winding_1", "u"), 3.0);
+  cell.run(0.1);
+  EXPECT_GT(cell.read("Motor", "u"), 3.0);
+}
+
+TEST(Ssp, ValuesThatTheFmuDoesNotHaveAreNoted) {
+  std::string notes;
+  const auto model = load_system({});
+  for (const ImportNote& note : model->import_notes) notes += note.sentence + "\n";
+  EXPECT_THAT(notes, AllOf(HasSubstr("Motor_winding_1: the FMU has no variable 'colour'"),
+                           HasSubstr("Motor_rotor: FMU rotor.fmu")));
+}
+
+std::string refusal_of(const System& system) {
+  try {
+    load_system(system);
+  } catch (const ScenarioError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+std::string refusal_with(std::string System::*part, const std::string& text) {
+  System system;
+  system.*part = text;
+  return refusal_of(system);
+}
+
+TEST(Ssp, ForeignElementsAreRefusedWithTheirLineAndWhatIsAllowed) {
+  const std::string file = "the SSP motor.ssp: SystemStructure.ssd, line ";
+  EXPECT_THAT(
+      refusal_with(&System::elements, "<ssd:System name='inner'/>\n"),
+      AllOf(HasSubstr("cell.yaml:4:"), HasSubstr(file + "9, System: found the element 'System' in Elements; "
+                                                        "allowed: Component")));
+  EXPECT_THAT(refusal_with(&System::elements, "<ssd:SignalDictionaryReference name='s' dictionary='d'/>\n"),
+              HasSubstr("'SignalDictionaryReference' in Elements; allowed: Component"));
+  EXPECT_THAT(refusal_with(&System::elements,
+                           "<ssd:Component name='x' type='application/x-ssp-package' source='a.ssp'/>"),
+              HasSubstr("allowed: application/x-fmu-sharedlibrary"));
+  EXPECT_THAT(
+      refusal_with(&System::elements,
+                   "<ssd:Component name='x' implementation='ModelExchange' source='resources/rotor.fmu'/>"),
+      HasSubstr("found implementation='ModelExchange'; allowed: any or CoSimulation"));
+  EXPECT_THAT(refusal_with(&System::elements, "<ssd:Component name='rotor' source='resources/rotor.fmu'/>"),
+              HasSubstr("found two components with the name 'rotor'"));
+  EXPECT_THAT(
+      refusal_with(&System::rotor_source, "http://example.org/rotor.fmu"),
+      HasSubstr(
+          "found the source 'http://example.org/rotor.fmu'; allowed: a file NAME.fmu that is in the SSP"));
+  EXPECT_THAT(refusal_with(&System::rotor_source, "../rotor.fmu"),
+              HasSubstr("found the source '../rotor.fmu'"));
+  EXPECT_THAT(refusal_with(&System::rest, "<ssd:Extras/>"),
+              HasSubstr("found the element 'Extras' in SystemStructureDescription; allowed: System, Units"));
+  EXPECT_THAT(
+      refusal_with(&System::system_values,
+                   "<ssd:ParameterBindings><ssd:ParameterBinding source='resources/system.ssv'>"
+                   "<ssd:ParameterMapping/></ssd:ParameterBinding></ssd:ParameterBindings>"),
+      HasSubstr("found the element 'ParameterMapping' in ParameterBinding; allowed: ParameterValues"));
+}
+
+std::string connection(const std::string& attributes, const std::string& inside = "") {
+  return "<ssd:Connection " + attributes + ">" + inside + "</ssd:Connection>";
+}
+
+TEST(Ssp, WrongConnectionsAreRefusedWithTheirLine) {
+  const auto refused = [](const std::string& text) { return refusal_with(&System::connections, text); };
+  EXPECT_THAT(refused(connection("startElement='stator' startConnector='w' endConnector='speed'")),
+              HasSubstr("line 11, Connection: found the element 'stator'; allowed: winding 1, rotor"));
+  EXPECT_THAT(refused(connection("startElement='rotor' startConnector='phi' endConnector='speed'")),
+              HasSubstr("found the connector 'phi' of rotor; allowed: tau, w"));
+  EXPECT_THAT(refused(connection("startConnector='u' endElement='rotor' endConnector='w'")),
+              HasSubstr("found two sources"));
+  EXPECT_THAT(refused(connection("startConnector='u' endElement='winding 1' endConnector='R'")),
+              HasSubstr("found the connector 'R' of the kind parameter; allowed: inputs and outputs"));
+  EXPECT_THAT(
+      refused(connection("startElement='rotor' startConnector='w' endConnector='speed'",
+                         "<ssc:BooleanMappingTransformation/>")),
+      HasSubstr(
+          "found the element 'BooleanMappingTransformation' in Connection; allowed: LinearTransformation"));
+  const std::string to_rotor = connection("startConnector='u' endElement='rotor' endConnector='tau'");
+  EXPECT_THAT(refused(to_rotor + to_rotor),
+              HasSubstr("found 'Motor_rotor.tau' again; allowed: one wire for each input"));
+  EXPECT_THAT(refused(connection("startConnector='u' endConnector='speed'")),
+              HasSubstr("found the units 'V' and 'rpm'; allowed: the same unit, units of the same quantity"));
+  EXPECT_EQ(refused(connection("startConnector='u' endConnector='speed' suppressUnitConversion='true'")),
+            "accepted");
+}
+
+TEST(Ssp, DamagedDescriptionsAreRefusedOrReadWhole) {
+  const TemporaryDirectory directory;
+  std::filesystem::create_directory(directory / "resources");
+  directory.write("resources/system.ssv", kSystemSet);
+  for (const char* fmu : {"resources/winding.fmu", "resources/rotor.fmu"}) directory.write(fmu, "");
+  const std::string whole = System{}.xml();
+  int refused = 0, read = 0;
+  const auto try_it = [&](const std::string& text) {
+    directory.write("SystemStructure.ssd", text);
+    try {
+      const FmuSystem system = read_ssp(directory.path());
+      EXPECT_FALSE(system.elements.empty());
+      ++read;
+    } catch (const FmuError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("SystemStructure.ssd"));
+      ++refused;
+    }
+  };
+  for (std::size_t cut = 0; cut < whole.size() - 2; cut += 13) try_it(whole.substr(0, cut));
+  EXPECT_EQ(read, 0);
+  for (std::size_t at = 0; at < whole.size(); at += 7) {
+    std::string text = whole;
+    text[at] = static_cast<char>(text[at] ^ 0x11);
+    try_it(text);
+  }
+  EXPECT_GT(read, 20);
+  EXPECT_GT(refused, 200);
+}
+
+TEST(Ssp, IsRefusedWithoutTheOption) {
+  const TemporaryDirectory directory;
+  directory.write("motor.ssp", "x");
+  directory.write("cell.yaml", "takt_scenario: 1\nname: ssp\nssp: {Motor: {file: motor.ssp}}\n");
+  EXPECT_THAT([&] { load_cell(directory / "cell.yaml"); },
+              testing::ThrowsMessage<ScenarioError>(HasSubstr("The option --allow-fmus DIR")));
+  FmuLibrary library(directory.path(), kFmuHost);
+  ImportOptions import;
+  import.fmus = &library;
+  EXPECT_THAT([&] { load_cell(directory / "cell.yaml", {}, import); },
+              testing::ThrowsMessage<ScenarioError>(HasSubstr("it is no ZIP archive, as SSPs are")));
+}
+
+}  // namespace
+}  // namespace takt::test
