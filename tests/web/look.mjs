@@ -102,6 +102,9 @@ for (const scenario of ['block_assembly', 'chainsaw_motor', 'bev_rotor', 'nut_on
       assert.deepEqual(outside, [], `${scenario} at ${width} x ${height}`);
       assert.equal(await seen.ask(() => document.documentElement.classList.contains('wa-dark')), colorScheme === 'dark');
       assert.ok(await seen.ask(() => document.documentElement.scrollWidth <= innerWidth), 'nothing beside the screen');
+      // Nor is any of the top bar, which a narrow screen has on several lines.
+      const beside = await seen.ask(() => [...document.querySelectorAll('#topbar button, #topbar input, #topbar select')].filter((one) => one.getBoundingClientRect().right > innerWidth).map(({id, ariaLabel}) => id || ariaLabel));
+      assert.deepEqual(beside, [], `the top bar at ${width}`);
       if (process.env.TAKT_SCREENSHOT) await seen.page.screenshot({path: `${dirname(process.env.TAKT_SCREENSHOT)}/${scenario}_${width}_${colorScheme}.png`});
       assert.deepEqual(seen.problems, []);
       await seen.page.context().close();
