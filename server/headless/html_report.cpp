@@ -5,6 +5,7 @@
 #include <set>
 
 #include "idl/common/text.h"
+#include "server/headless/html_page.h"
 #include "server/headless/svg_plot.h"
 
 namespace takt {
@@ -14,60 +15,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kMaxColumns = 500;  // of a curve as drawn: each with its least and its largest value
-constexpr std::size_t kMaxRows = 200;     // of a table
-
-constexpr const char* kStyle = R"(
-body { font: 15px/1.4 sans-serif; max-width: 1100px; margin: 2em auto; padding: 0 1em; color: #222 }
-h1 { font-size: 1.6em } h2 { font-size: 1.2em; margin-top: 1.8em; border-bottom: 1px solid #ccc }
-table { border-collapse: collapse; margin: .6em 0 } td, th { padding: .15em .8em .15em 0; text-align: left }
-td.n, th.n { text-align: right; font-variant-numeric: tabular-nums } tr:nth-child(even) { background: #f5f5f5 }
-.passed { color: #196f3d } .failed, .over { color: #b00020; font-weight: bold } .skipped { color: #777 }
-.bar { display: inline-block; height: .7em; background: #1f77b4 } .bar.over { background: #b00020 }
-)";
-
-std::string text_of(const Json& value) {
-  if (value.is_null()) return "";
-  if (value.is_string()) return value.get<std::string>();
-  if (value.is_number()) return number_text(value.get<double>(), 4);
-  return value.dump();
-}
-
-/// A table, written row by row.
-class HtmlTable {
- public:
-  HtmlTable(std::ostream& out, const std::vector<std::string>& head) : out_(out) {
-    out_ << "<table><tr>";
-    for (const std::string& name : head) {
-      // "name (unit)": of numbers, "name": of words.
-      numbers_.push_back(name.find('(') != std::string::npos || name == "#");
-      out_ << "<th" << (numbers_.back() ? " class=\"n\"" : "") << ">" << xml_escaped(name) << "</th>";
-    }
-    out_ << "</tr>\n";
-  }
-  ~HtmlTable() {
-    if (rows_ > kMaxRows)
-      out_ << "<tr><td colspan=\"" << numbers_.size() << "\">and " << rows_ - kMaxRows
-           << " more (the JSON report has all)</td></tr>\n";
-    out_ << "</table>\n";
-  }
-  HtmlTable(const HtmlTable&) = delete;
-  HtmlTable& operator=(const HtmlTable&) = delete;
-
-  /// Cells are HTML already where `raw`.
-  void row(const std::vector<std::string>& cells, bool raw = false) {
-    if (++rows_ > kMaxRows) return;
-    out_ << "<tr>";
-    for (std::size_t i = 0; i < cells.size(); ++i)
-      out_ << "<td" << (i < numbers_.size() && numbers_[i] ? " class=\"n\"" : "") << ">"
-           << (raw ? cells[i] : xml_escaped(cells[i])) << "</td>";
-    out_ << "</tr>\n";
-  }
-
- private:
-  std::ostream& out_;
-  std::vector<bool> numbers_;
-  std::size_t rows_ = 0;
-};
 
 /// Of as many points as there are no more than a picture has columns, the least and the largest of each.
 std::vector<std::pair<double, double>> thinned(const std::vector<std::pair<double, double>>& points) {
@@ -85,13 +32,12 @@ std::vector<std::pair<double, double>> thinned(const std::vector<std::pair<doubl
 }
 
 void write_head(std::ostream& out, const Json& report) {
-  const std::string name = xml_escaped(report["scenario"].get<std::string>());
-  out << "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>" << name
-      << "</title><style>" << kStyle << "</style></head><body>\n<h1>" << name << "</h1>\n<p>Level of detail "
-      << report["level_of_detail"] << ", solver " << xml_escaped(text_of(report["solver"]["method"])) << ", "
-      << text_of(report["time"]) << " s simulated in " << text_of(report["cpu_time"])
-      << " s of computation: computation ratio " << text_of(report["computation_ratio"]) << ". State hash "
-      << text_of(report["state_hash"]) << ".</p>\n";
+  begin_html(out, report["scenario"].get<std::string>());
+  out << "<p>Level of detail " << report["level_of_detail"] << ", solver "
+      << xml_escaped(text_of(report["solver"]["method"])) << ", " << text_of(report["time"])
+      << " s simulated in " << text_of(report["cpu_time"]) << " s of computation: computation ratio "
+      << text_of(report["computation_ratio"]) << ". State hash " << text_of(report["state_hash"])
+      << ".</p>\n";
   if (!report["fault"].is_null())
     out << "<p class=\"failed\">The run ended early: " << xml_escaped(text_of(report["fault"])) << "</p>\n";
 }
@@ -259,7 +205,7 @@ void write_html_report(std::ostream& out, const Json& report, const std::vector<
   write_margins(out, report);
   write_curves(out, curves);
   write_events(out, report);
-  out << "</body></html>\n";
+  end_html(out);
 }
 
 }  // namespace takt

@@ -16,8 +16,8 @@ namespace takt::tool {
 
 // Exit codes.
 inline constexpr int kDone = 0;
-inline constexpr int kFailed = 1;       ///< the run ended early, the replay differs, a difference counts
-inline constexpr int kUsage = 2;        ///< wrong arguments or scenario, unusable mesh, damaged log
+inline constexpr int kFailed = 1;  ///< ended early, the replay differs, a difference counts, a bad verdict
+inline constexpr int kUsage = 2;   ///< wrong arguments or scenario, unusable mesh, damaged log
 inline constexpr int kNotAsserted = 3;  ///< the run reached its end and an assertion failed
 
 /// The scenario of a command, and the values that replace those of its file. Options become overrides of the file, so
@@ -43,6 +43,7 @@ void write_file(const std::string& file, const std::function<void(std::ostream&)
 
 void declare_run(CLI::App& app, int& result);
 void declare_study(CLI::App& app, int& result);
+void declare_verify(CLI::App& app, int& result);
 void declare_replay(CLI::App& app, int& result);
 /// export-fmu.
 void declare_export(CLI::App& app, int& result);

@@ -16,12 +16,13 @@ Examples:
   takt-run run config/scenarios/block_assembly.yaml --lod 2 --report 2.json --html 2.html
   takt-run compare 1.json 2.json --limit energy=0.1
   takt-run study config/scenarios/block_assembly.yaml --vary interaction.damping_ratio=0.5:1.5:11
+  takt-run verify config/verification/takt.yaml -o report
   takt-run check-mesh part.stl --scale 0.001
   takt-run replay run.taktlog
 takt-run COMMAND --help shows the options of each command.
 
-Exit codes: 0 done; 1 the run ended early, the replay differs or a difference counts; 2 wrong arguments or scenario,
-unusable mesh or damaged log; 3 the run reached its end and an assertion of the scenario failed.)";
+Exit codes: 0 done; 1 the run ended early, the replay differs, a difference counts or a verdict is bad; 2 wrong
+arguments or scenario, unusable mesh or damaged log; 3 the run reached its end and an assertion of the scenario failed.)";
 
 int run(int argc, char** argv) {
   namespace tool = takt::tool;
@@ -31,6 +32,7 @@ int run(int argc, char** argv) {
   int result = tool::kDone;
   tool::declare_run(app, result);
   tool::declare_study(app, result);
+  tool::declare_verify(app, result);
   tool::declare_replay(app, result);
   tool::declare_export(app, result);
   tool::declare_files(app, result);

@@ -1,0 +1,261 @@
+#include "server/headless/verification.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numeric>
+#include <set>
+
+#include "idl/common/mesh_path.h"
+#include "idl/common/text.h"
+#include "server/headless/report.h"
+#include "server/scenario/scenario_reader.h"
+#include "server/simulation/model/model_hash.h"
+
+namespace takt {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+using Verdict = VerificationVerdict;
+
+/// u_num is the index divided by this: the index is an interval with a coverage of about 95 %.
+constexpr double kIndexCoverage = 2.0;
+
+// Without an order the uncertainty of the finest result is this many times the range of all results (Eca and Hoekstra 2014);
+// the solution is good where that is below a tenth of a stated tolerance.
+constexpr double kRangeFactor = 3.0, kPartOfTolerance = 0.1;
+
+/// A run that ended early.
+struct RunFault {
+  std::string sentence;
+};
+
+/// Walks down; a name of an object may contain dots. Notes the names of the deepest place that it reaches.
+const Json* walk(const Json& at, const std::string& path, std::vector<std::string>& choices) {
+  if (path.empty()) return &at;
+  if (!at.is_structured()) return nullptr;
+  choices.clear();
+  if (at.is_array()) {
+    for (std::size_t i = 0; i < at.size(); ++i)
+      choices.push_back(at[i].is_object() && at[i].contains("name") && at[i]["name"].is_string()
+                            ? at[i]["name"].get<std::string>()
+                            : std::to_string(i));
+  } else {
+    for (const auto& [key, value] : at.items()) choices.push_back(key);
+  }
+  const std::vector<std::string> here = choices;
+  for (std::size_t i = 0; i < here.size(); ++i) {
+    const std::string& name = here[i];
+    if (!path.starts_with(name) || (path.size() > name.size() && path[name.size()] != '.')) continue;
+    const Json& next = at.is_array() ? at[i] : at[name];
+    const std::string rest = path.size() > name.size() ? path.substr(name.size() + 1) : "";
+    if (const Json* found = walk(next, rest, choices)) return found;
+  }
+  return nullptr;
+}
+
+class SceneRunner {
+ public:
+  SceneRunner(const VerificationScene& scene, const VerificationOptions& options, VerifiedScene& result)
+      : scene_(scene), options_(options), result_(result) {}
+
+  /// The quantity with these settings beside those of the scene. Throws RunFault.
+  double operator()(std::vector<std::string> settings, bool finest = false) {
+    options_.progress(scene_.name + ": " + join(settings, ", "));
+    ScenarioOptions scenario_options;
+    scenario_options.overrides = scene_.settings;
+    for (const VerificationInput& input : scene_.inputs)
+      scenario_options.overrides.push_back(input.key + "=" + exact_text(input.value));
+    for (std::string& setting : settings) scenario_options.overrides.push_back(std::move(setting));
+    scenario_options.level_of_detail = scene_.level_of_detail;
+    const Scenario scenario = read_scenario(scene_.scenario, scenario_options);
+    HeadlessOptions run;
+    run.duration_s = scene_.duration_s.value_or(scenario.duration_s);
+    run.program = scenario.controller_program;
+    run.run_metrics = true;
+    if (!(run.duration_s > 0.0))
+      throw ScenarioError(scene_.quantity_place +
+                          ": the scenario has no duration; allowed: duration_s here or in " +
+                          scenario.file.string());
+    const auto cell = build_cell(scenario, options_.import);
+    Simulation simulation(cell);
+    const HeadlessResult done = run_headless(simulation, scenario, run);
+    if (finest) note_files(scenario, *cell);
+    if (!done.fault.empty()) throw RunFault{done.fault};
+    const RunInfo info{scenario.initial_solver(), cell->description.level_of_detail, Pace::free,
+                       cell->convex_imports, cell->import_notes};
+    return number_at(Json::parse(report_json(scenario, cell->description, info, done)), scene_.quantity,
+                     scene_.quantity_place);
+  }
+
+ private:
+  void note_files(const Scenario& scenario, const CellModel& cell) {
+    result_.model_hash = hexadecimal_text(model_hash(cell));
+    std::set<std::filesystem::path> noted;
+    const auto note = [&](const char* role, const std::filesystem::path& path) {
+      const std::filesystem::path file = split_mesh_path(path).file;
+      if (file.empty() || !noted.insert(file).second) return;
+      result_.files.push_back({role, file.lexically_normal().string(), options_.digest(file)});
+    };
+    note("scenario", scenario.file);
+    note("program", scenario.controller_program);
+    for (const ScenarioPart& part : scenario.parts) note("mesh", part.mesh);
+    for (const ScenarioGround& ground : scenario.grounds) note("mesh", ground.mesh);
+    for (const ScenarioRobot& robot : scenario.robots) note("robot", robot.urdf);
+    for (const ScenarioGripper& gripper : scenario.grippers) {
+      note("mesh", gripper.body_mesh);
+      note("mesh", gripper.jaw_mesh);
+    }
+    note("measurement", scene_.reference.measurement);
+  }
+
+  const VerificationScene& scene_;
+  const VerificationOptions& options_;
+  VerifiedScene& result_;
+};
+
+std::string number(double value) {
+  return number_text(value, 6);
+}
+
+void judge_code(VerifiedScene& s) {
+  if (!s.plan.reference.exact) {
+    s.code_sentence = "the reference is not exact";
+    return;
+  }
+  const auto& order = s.runs.front().error_order;
+  const auto& formal = s.plan.resolution.formal_order;
+  if (!order) {
+    s.code_sentence = "the error of a run is zero to rounding: no order";
+    s.code = formal ? Verdict::bad : Verdict::not_demanded;
+    return;
+  }
+  s.code_sentence = "order of the errors " + number(*order);
+  if (!formal) return;
+  s.code = std::abs(*order - *formal) <= kOrderAgreement * *formal ? Verdict::good : Verdict::bad;
+  s.code_sentence +=
+      ", formal order " + number(*formal) + ", allowed deviation " + number(100.0 * kOrderAgreement) + " %";
+}
+
+double range_of(const std::vector<VerifiedRun>& runs) {
+  const auto [least, most] = std::minmax_element(
+      runs.begin(), runs.end(), [](const auto& a, const auto& b) { return a.point.value < b.point.value; });
+  return most->point.value - least->point.value;
+}
+
+void judge_solution(VerifiedScene& s) {
+  const GridConvergence& c = s.convergence;
+  const double uncertainty = kRangeFactor * range_of(s.runs);
+  if (s.plan.tolerance && (c.state == GridState::oscillatory || c.state == GridState::diverging) &&
+      uncertainty <= kPartOfTolerance * *s.plan.tolerance) {
+    s.solution = Verdict::good;
+    s.solution_sentence = "no order; three times the range of the results, " + number(uncertainty) + " " +
+                          s.plan.unit + ", is below a tenth of the tolerance";
+    return;
+  }
+  s.solution = c.state == GridState::monotone ? Verdict::good : Verdict::bad;
+  switch (c.state) {
+    case GridState::monotone:
+      s.solution_sentence = "monotone convergence, observed order " + number(c.order) + ", safety factor " +
+                            number(c.safety_factor) +
+                            (c.asymptotic ? " (asymptotic range)" : " (asymptotic range not shown)");
+      return;
+    case GridState::oscillatory:
+      s.solution_sentence = "the results oscillate under refinement: no order, no index";
+      return;
+    case GridState::diverging:
+      s.solution_sentence = "the differences do not shrink under refinement: no order, no index";
+      return;
+    case GridState::no_difference:
+      s.solution_sentence =
+          "neighbouring results do not differ: no order, no index; the refined key may have no effect";
+  }
+}
+
+void judge_comparison(VerifiedScene& s) {
+  const double k = s.plan.coverage_factor;
+  s.limit = s.plan.tolerance.value_or(k * s.u_val);
+  s.comparison = std::abs(s.error) <= s.limit ? Verdict::good : Verdict::bad;
+  s.comparison_sentence = "|E| = " + number(std::abs(s.error)) +
+                          (s.comparison == Verdict::good ? " <= " : " > ") + number(s.limit) + " " +
+                          s.plan.unit +
+                          (s.plan.tolerance ? " (stated tolerance)" : " (" + number(k) + " u_val)");
+}
+
+VerifiedScene verify_scene(const VerificationScene& scene, const VerificationOptions& options) {
+  VerifiedScene s;
+  s.plan = scene;
+  s.u_reference = scene.reference.standard_uncertainty;
+  SceneRunner run(scene, options, s);
+  const VerificationResolution& resolution = scene.resolution;
+  std::vector<std::size_t> order(resolution.values.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return resolution.sizes[a] < resolution.sizes[b]; });
+  const auto refined = [&](std::size_t i) { return resolution.key + "=" + resolution.values[i]; };
+  try {
+    for (const std::size_t i : order)
+      s.runs.push_back({resolution.values[i], {resolution.sizes[i], run({refined(i)}, s.runs.empty())}, {}});
+    for (const VerificationInput& input : scene.inputs) {
+      VerifiedInput& varied = s.inputs.emplace_back();
+      varied.input = input;
+      for (const auto& [sign, value] : {std::pair{-1.0, &varied.below}, std::pair{1.0, &varied.above}})
+        *value = run({refined(order.front()),
+                      input.key + "=" + exact_text(input.value + sign * input.standard_uncertainty)});
+    }
+  } catch (const RunFault& fault) {
+    s.fault = fault.sentence;
+    s.code_sentence = s.solution_sentence = s.comparison_sentence = "a run ended early: " + fault.sentence;
+    return s;
+  }
+  std::vector<GridPoint> points;
+  for (const VerifiedRun& one : s.runs) points.push_back(one.point);
+  s.convergence = grid_convergence(points, resolution.formal_order);
+  for (std::size_t i = 0; scene.reference.exact && i + 1 < points.size(); ++i)
+    s.runs[i].error_order = error_order(points[i], points[i + 1], *scene.reference.value);
+  s.error = points.front().value - *scene.reference.value;
+  s.u_num =
+      (s.convergence.state == GridState::monotone ? s.convergence.index : kRangeFactor * range_of(s.runs)) /
+      kIndexCoverage;
+  for (const VerifiedInput& input : s.inputs) s.u_input = std::hypot(s.u_input, input.uncertainty());
+  s.u_val = std::hypot(s.u_num, s.u_input, s.u_reference);
+  judge_code(s);
+  judge_solution(s);
+  judge_comparison(s);
+  return s;
+}
+
+}  // namespace
+
+double VerifiedInput::uncertainty() const {
+  return 0.5 * std::abs(above - below);
+}
+
+bool VerifiedScene::good() const {
+  return fault.empty() && code != Verdict::bad && solution == Verdict::good && comparison == Verdict::good;
+}
+
+bool Verification::good() const {
+  return std::all_of(scenes.begin(), scenes.end(), [](const VerifiedScene& scene) { return scene.good(); });
+}
+
+double number_at(const nlohmann::ordered_json& report, const std::string& path, const std::string& place) {
+  std::vector<std::string> choices;
+  const Json* found = walk(report, path, choices);
+  if (found != nullptr && found->is_number()) return found->get<double>();
+  if (found != nullptr && found->is_structured()) {
+    choices.clear();
+    for (const auto& [key, value] : found->items()) choices.push_back(key);
+  }
+  throw ScenarioError(place + ": found '" + path +
+                      "', which is no number in the report; allowed there: " + list_names(choices));
+}
+
+Verification verify(const VerificationPlan& plan, const VerificationOptions& options) {
+  Verification result{plan, options.version, {}};
+  for (const VerificationScene& scene : plan.scenes) result.scenes.push_back(verify_scene(scene, options));
+  return result;
+}
+
+}  // namespace takt

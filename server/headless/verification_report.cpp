@@ -1,0 +1,204 @@
+#include "server/headless/verification_report.h"
+
+#include <nlohmann/json.hpp>
+
+#include "idl/common/text.h"
+#include "server/headless/html_page.h"
+#include "server/headless/svg_plot.h"
+
+namespace takt {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+template <class Value>
+Json or_null(const std::optional<Value>& value) {
+  return value ? Json(*value) : Json(nullptr);
+}
+
+Json solution_json(const VerifiedScene& s) {
+  const GridConvergence& c = s.convergence;
+  const bool monotone = c.state == GridState::monotone;
+  const auto of_series = [&](double value) { return monotone ? Json(value) : Json(nullptr); };
+  Json runs = Json::array(), orders = Json::array();
+  for (const VerifiedRun& run : s.runs)
+    runs.push_back({{"setting", run.setting},
+                    {"size", run.point.size},
+                    {"value", run.point.value},
+                    {"error_order", or_null(run.error_order)}});
+  for (const auto& order : c.orders) orders.push_back(or_null(order));
+  return {{"verdict", to_string(s.solution)},
+          {"finding", s.solution_sentence},
+          {"key", s.plan.resolution.key},
+          {"runs", runs},
+          {"state", to_string(c.state)},
+          {"observed_order", of_series(c.order)},
+          {"observed_orders", orders},
+          {"formal_order", or_null(s.plan.resolution.formal_order)},
+          {"asymptotic", c.asymptotic},
+          {"extrapolated", of_series(c.extrapolated)},
+          {"safety_factor", of_series(c.safety_factor)},
+          {"grid_convergence_index", of_series(c.index)},
+          {"u_num", s.u_num}};
+}
+
+Json inputs_json(const VerifiedScene& s) {
+  Json inputs = Json::array();
+  for (const VerifiedInput& one : s.inputs)
+    inputs.push_back({{"name", one.input.name},
+                      {"key", one.input.key},
+                      {"value", one.input.value},
+                      {"standard_uncertainty", one.input.standard_uncertainty},
+                      {"below", one.below},
+                      {"above", one.above},
+                      {"contribution", one.uncertainty()}});
+  return {{"inputs", inputs}, {"u_input", s.u_input}};
+}
+
+Json scene_json(const VerifiedScene& s) {
+  const VerificationReference& r = s.plan.reference;
+  Json scene{{"name", s.plan.name},
+             {"verdict", s.good() ? "good" : "bad"},
+             {"description", s.plan.description},
+             {"quantity", s.plan.quantity},
+             {"unit", s.plan.unit},
+             {"fault", s.fault.empty() ? Json(nullptr) : Json(s.fault)},
+             {"comparison",
+              {{"verdict", to_string(s.comparison)},
+               {"finding", s.comparison_sentence},
+               {"result", s.runs.empty() ? Json(nullptr) : Json(s.runs.front().point.value)},
+               {"reference", or_null(r.value)},
+               {"error", s.error},
+               {"u_num", s.u_num},
+               {"u_input", s.u_input},
+               {"u_reference", s.u_reference},
+               {"u_val", s.u_val},
+               {"coverage_factor", s.plan.coverage_factor},
+               {"tolerance", or_null(s.plan.tolerance)},
+               {"limit", s.limit}}},
+             {"code_verification", {{"verdict", to_string(s.code)}, {"finding", s.code_sentence}}},
+             {"solution_verification", solution_json(s)},
+             {"input_uncertainty", inputs_json(s)},
+             {"reference",
+              {{"kind", r.measurement.empty() ? (r.exact ? "exact" : "stated") : "measurement"},
+               {"source", r.source},
+               {"rows", r.rows}}},
+             {"model_hash", s.model_hash}};
+  Json files = Json::array();
+  for (const VerifiedFile& file : s.files)
+    files.push_back({{"role", file.role}, {"file", file.file}, {"sha256", file.digest}});
+  scene["files"] = files;
+  return scene;
+}
+
+std::string marked(const Json& verdict) {
+  const std::string text = verdict.get<std::string>();
+  if (text == "good") return "<span class=\"passed\">good</span>";
+  if (text == "bad") return "<span class=\"failed\">bad</span>";
+  return "<span class=\"skipped\">not demanded</span>";
+}
+
+void write_scene_page(std::ostream& out, const Json& scene) {
+  const std::string unit = " (" + text_of(scene["unit"]) + ")";
+  const Json &comparison = scene["comparison"], &solution = scene["solution_verification"],
+             &code = scene["code_verification"], &inputs = scene["input_uncertainty"];
+  out << "<h2>" << xml_escaped(text_of(scene["name"])) << ": " << marked(scene["verdict"]) << "</h2>\n<p>"
+      << xml_escaped(text_of(scene["description"])) << " Quantity: <code>"
+      << xml_escaped(text_of(scene["quantity"])) << "</code>. Reference ("
+      << text_of(scene["reference"]["kind"]) << "): " << xml_escaped(text_of(scene["reference"]["source"]))
+      << "</p>\n";
+  if (!scene["fault"].is_null()) {
+    out << "<p class=\"failed\">A run ended early: " << xml_escaped(text_of(scene["fault"])) << "</p>\n";
+    return;
+  }
+  {
+    HtmlTable table(out, {"step", "verdict", "finding"});
+    table.row({"code verification", marked(code["verdict"]), xml_escaped(text_of(code["finding"]))}, true);
+    table.row(
+        {"solution verification", marked(solution["verdict"]), xml_escaped(text_of(solution["finding"]))},
+        true);
+    table.row({"comparison", marked(comparison["verdict"]), xml_escaped(text_of(comparison["finding"]))},
+              true);
+  }
+  {
+    HtmlTable table(out, {"result" + unit, "reference" + unit, "error E" + unit, "u_num" + unit,
+                          "u_input" + unit, "u_reference" + unit, "u_val" + unit, "limit of |E|" + unit});
+    const auto seven = [](const Json& value) {
+      return value.is_number() ? number_text(value.get<double>(), 7) : std::string();
+    };
+    table.row({seven(comparison["result"]), seven(comparison["reference"]), text_of(comparison["error"]),
+               text_of(comparison["u_num"]), text_of(comparison["u_input"]),
+               text_of(comparison["u_reference"]), text_of(comparison["u_val"]),
+               text_of(comparison["limit"])});
+  }
+  {
+    HtmlTable table(out, {text_of(solution["key"]), "size (1)", "result" + unit, "order of the error (1)"});
+    for (const Json& run : solution["runs"])
+      table.row({text_of(run["setting"]), text_of(run["size"]), number_text(run["value"].get<double>(), 9),
+                 text_of(run["error_order"])});
+  }
+  if (!inputs["inputs"].empty()) {
+    HtmlTable table(out, {"input", "value (#)", "standard uncertainty (#)", "contribution" + unit});
+    for (const Json& input : inputs["inputs"])
+      table.row({text_of(input["name"]), text_of(input["value"]), text_of(input["standard_uncertainty"]),
+                 text_of(input["contribution"])});
+  }
+  HtmlTable table(out, {"file", "role", "SHA-256"});
+  for (const Json& file : scene["files"])
+    table.row({text_of(file["file"]), text_of(file["role"]), text_of(file["sha256"])});
+  table.row({"", "model hash", text_of(scene["model_hash"])});
+}
+
+}  // namespace
+
+const char* to_string(VerificationVerdict verdict) {
+  switch (verdict) {
+    case VerificationVerdict::good:
+      return "good";
+    case VerificationVerdict::bad:
+      return "bad";
+    case VerificationVerdict::not_demanded:
+      break;
+  }
+  return "not_demanded";
+}
+
+nlohmann::ordered_json verification_json(const Verification& verification) {
+  Json scenes = Json::array();
+  for (const VerifiedScene& scene : verification.scenes) scenes.push_back(scene_json(scene));
+  return {{"verdict", verification.good() ? "good" : "bad"},
+          {"name", verification.plan.name},
+          {"description", verification.plan.description},
+          {"plan", verification.plan.file.string()},
+          {"version", verification.version},
+          {"scenes", scenes}};
+}
+
+void write_verification_page(std::ostream& out, const nlohmann::ordered_json& report) {
+  begin_html(out, text_of(report["name"]));
+  out << "<p>Verdict: " << marked(report["verdict"]) << ". " << xml_escaped(text_of(report["description"]))
+      << " Terms: ASME V&amp;V 10 and 20. " << xml_escaped(text_of(report["version"])) << ".</p>\n";
+  {
+    HtmlTable table(out, {"scene", "verdict", "comparison"});
+    for (const Json& scene : report["scenes"])
+      table.row({xml_escaped(text_of(scene["name"])), marked(scene["verdict"]),
+                 xml_escaped(text_of(scene["comparison"]["finding"]))},
+                true);
+  }
+  for (const Json& scene : report["scenes"]) write_scene_page(out, scene);
+  end_html(out);
+}
+
+void print_verification(std::ostream& out, const Verification& verification) {
+  for (const VerifiedScene& s : verification.scenes) {
+    out << (s.good() ? "good  " : "BAD   ") << s.plan.name << ": " << s.comparison_sentence << '\n';
+    if (!s.fault.empty()) continue;
+    if (s.code == VerificationVerdict::bad) out << "      code verification: " << s.code_sentence << '\n';
+    if (s.solution == VerificationVerdict::bad)
+      out << "      solution verification: " << s.solution_sentence << '\n';
+  }
+  out << verification.plan.name << ": " << (verification.good() ? "good" : "bad") << '\n';
+}
+
+}  // namespace takt
