@@ -160,10 +160,12 @@ std::string contact_line(const Product& product, const Contact& contact) {
 
 class Writer {
  public:
-  Writer(const Product& product, const Disassembly& plan, const Hierarchy& numbers, const fs::path& directory)
+  Writer(const Product& product, const Disassembly& plan, const Hierarchy& numbers, const RobotPlan* robot,
+         const fs::path& directory)
       : product_(product),
         plan_(plan),
         numbers_(numbers),
+        robot_(robot),
         directory_(directory),
         placed_(place(product)),
         usual_friction_(usual_friction()) {}
@@ -173,7 +175,11 @@ class Writer {
     result_.notes = product_.notes;
     write_bodies();
     write_support();
-    const std::string name = key_of(product_.name);
+    std::string name = key_of(product_.name);
+    if (robot_ != nullptr) {
+      name += "_robot";
+      write_robot(name);
+    }
     result_.scenario = directory_ / (name + ".yaml");
     write(result_.scenario, [&](std::ostream& out) { scenario(out, name); });
     return std::move(result_);
@@ -214,6 +220,38 @@ class Writer {
                               " is free for a post of the support; place it on a Ground of your own");
   }
 
+  /// A pad of the jaw on the +y side, and the body, both from the flange on; the tool is twice as long as its fingers.
+  void write_robot(const std::string& name) {
+    const GripperSize& g = robot_->gripper;
+    const double w = 0.5 * g.finger_width_m, l = g.finger_length_m;
+    write_mesh(directory_ / "meshes" / "gripper_jaw.obj", "jaw",
+               box_mesh(Vec3(-w, 0.0, l), Vec3(w, g.finger_thickness_m, 2.0 * l)));
+    const double half = 0.5 * g.largest_width_m + g.finger_thickness_m;
+    write_mesh(directory_ / "meshes" / "gripper_body.obj", "body",
+               box_mesh(Vec3(-2.0 * w, -half, 0.0), Vec3(2.0 * w, half, l)));
+    write_mesh(directory_ / "meshes" / "Tray.obj", "tray", box_mesh(robot_->tray_lower, robot_->tray_upper));
+    write(directory_ / "gantry.urdf", [&](std::ostream& out) { out << robot_description(*robot_); });
+    write(directory_ / (name + ".lua"), [&](std::ostream& out) { out << robot_program(product_, *robot_); });
+    result_.notes.insert(result_.notes.end(), robot_->notes.begin(), robot_->notes.end());
+  }
+
+  void robot_sections(std::ostream& out, const std::string& name) const {
+    const GripperSize& g = robot_->gripper;
+    std::string joints;
+    for (const double q : home_joints(*robot_)) joints += (joints.empty() ? "" : ", ") + number_text(q);
+    out << "  Tray: {mesh: meshes/Tray.obj}\n\n"
+        << "# Assumed: a gantry and a gripper that suit the sizes of the parts. Put your own robot in their "
+           "place.\n"
+        << "robots:\n  Robot1: {urdf: gantry.urdf, initial_joints_rad: [" << joints << "]}\n\n"
+        << "grippers:\n  Gripper1: {robot: Robot1, body_mesh: meshes/gripper_body.obj, jaw_mesh: "
+           "meshes/gripper_jaw.obj,\n    tool_center_point: {position_m: [0, 0, "
+        << number_text(2.0 * g.finger_length_m) << "]}, max_width_m: " << number_text(g.largest_width_m)
+        << ", initial_width_m: " << number_text(g.largest_width_m)
+        << ",\n    jaw_speed_m_per_s: " << number_text(std::max(0.05, 4.0 * g.largest_width_m))
+        << ", max_force_N: " << number_text(g.force_N)
+        << ", mass_kg: 1, grasp: on_command}\n\ncontroller: {program: " << name << ".lua}\n";
+  }
+
   std::string convex_of(std::size_t body) const {
     switch (choices_[body].method) {
       case ConvexMethod::pieces:
@@ -232,7 +270,8 @@ class Writer {
         << "# Poses, masses and meshes are those of the file; what was assumed is marked. Keys: "
            "docs/scenario_reference.md.\n";
     for (const std::string& note : result_.notes) out << "# Note: " << note << ".\n";
-    out << "takt_scenario: 1\nname: " << name << "\nduration_s: 2\n\n"
+    out << "takt_scenario: 1\nname: " << name
+        << "\nduration_s: " << (robot_ != nullptr ? number_text(program_duration_s(*robot_)) : "2") << "\n\n"
         << "processes:\n  product: {level_of_detail: 1, members: all}\n";
     advice(out);
     out << "\nsolver: {method: rk2, step_s: 0.001}\n\n"
@@ -251,13 +290,16 @@ class Writer {
     out << "\ngrounds:\n  Support: {mesh: meshes/Support.obj, convex: objects}   # assumed: a plate"
         << (posts_ > 0 ? " with " + std::to_string(posts_) + " posts" : "") << " under "
         << product_.instances[plan_.base].name << "\n";
+    if (robot_ != nullptr) robot_sections(out, name);
     if (!product_.contacts.empty()) {
       out << "\n# What touches what:\n";
       for (const Contact& contact : product_.contacts)
         out << "#   " << contact_line(product_, contact) << '\n';
     }
     order(out);
-    out << "\n# Where the parts are at the end: nothing moves the product.\nexpected:\n  tolerance_m: "
+    out << "\n# Where the parts are at the end: "
+        << (robot_ != nullptr ? "the robot puts each one back" : "nothing moves the product")
+        << ".\nexpected:\n  tolerance_m: "
            "0.0005\n  parts:\n";
     for (const Instance& instance : product_.instances)
       out << "    " << instance.name << ": {" << pose(instance) << "}\n";
@@ -358,6 +400,7 @@ class Writer {
   const Product& product_;
   const Disassembly& plan_;
   const Hierarchy& numbers_;
+  const RobotPlan* robot_;  ///< null: without
   const fs::path& directory_;
   const std::vector<PlacedInstance> placed_;
   const double usual_friction_;        ///< of most contacts
@@ -394,7 +437,12 @@ std::vector<LevelAdvice> level_advice(const Product& product) {
 
 CellFiles write_cell(const Product& product, const Disassembly& plan, const Hierarchy& numbers,
                      const fs::path& directory) {
-  return Writer(product, plan, numbers, directory).write_all();
+  return Writer(product, plan, numbers, nullptr, directory).write_all();
+}
+
+CellFiles write_robot_cell(const Product& product, const Disassembly& plan, const Hierarchy& numbers,
+                           const RobotPlan& robot, const fs::path& directory) {
+  return Writer(product, plan, numbers, &robot, directory).write_all();
 }
 
 }  // namespace takt::product

@@ -6,6 +6,7 @@
 
 #include "server/product/disassembly.h"
 #include "server/product/product.h"
+#include "server/product/robot_plan.h"
 
 namespace takt::product {
 
@@ -28,5 +29,10 @@ struct CellFiles {
 /// files that cannot be written.
 CellFiles write_cell(const Product& product, const Disassembly& plan, const Hierarchy& numbers,
                      const std::filesystem::path& directory);
+
+/// The same cell with a gantry robot, its gripper and a tray, as NAME_robot.yaml beside it; the robot takes the product
+/// apart and puts it together again (NAME_robot.lua).
+CellFiles write_robot_cell(const Product& product, const Disassembly& plan, const Hierarchy& numbers,
+                           const RobotPlan& robot, const std::filesystem::path& directory);
 
 }  // namespace takt::product

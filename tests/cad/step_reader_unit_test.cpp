@@ -233,5 +233,24 @@ TEST_F(StepReader, TheProgramAndItsCommandOfTaktWriteTheCell) {
   }
 }
 
+TEST_F(StepReader, ARobotTakesTheProductOfAFileApartAndPutsItTogether) {
+  StepProduct made("Stack");
+  made.use(made.root(), made.part("Base", box(60, 60, 10)), "Base");
+  made.use(made.root(), made.part("Block", box(20, 20, 10)), "Block", moved_by(20, 20, 10));
+  made.use(made.root(), made.part("Cap", box(10, 16, 8)), "Cap", moved_by(25, 22, 20));
+  made.write(file());
+  const auto out = (directory_ / "out").string();
+  const auto run = [](const std::string& command) {
+    return std::system((std::string(TAKT_BIN_DIR "/") + command + " > /dev/null 2>&1").c_str());
+  };
+  ASSERT_EQ(run("takt-from-cad " + file().string() + " --robot -o " + out), 0);
+  // The scenario expects each part where it was; the exit code says whether it is there.
+  EXPECT_EQ(run("takt-run run " + out + "/Stack_robot.yaml --report " + out + "/report.json"), 0);
+  std::ifstream in(out + "/report.json");
+  const std::string report((std::istreambuf_iterator<char>(in)), {});
+  EXPECT_THAT(report, HasSubstr("lift Cap"));
+  EXPECT_THAT(report, HasSubstr("assemble Block"));
+}
+
 }  // namespace
 }  // namespace takt::cad

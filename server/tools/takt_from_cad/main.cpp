@@ -23,7 +23,7 @@ struct Arguments {
   std::string file, directory, up = "z";
   double deflection_mm = 0.1, scale = 1.0;
   std::vector<std::string> densities;
-  bool json = false, list = false;
+  bool json = false, list = false, robot = false;
 };
 
 nlohmann::json numbers(const Vec3& v) {
@@ -175,10 +175,18 @@ int run(const Arguments& a) {
   const product::Disassembly plan = product::take_apart(product);
   const product::Hierarchy hierarchy = product::hierarchy(product, plan);
   const product::CellFiles files = product::write_cell(product, plan, hierarchy, a.directory);
+  product::CellFiles robot_files;
+  if (a.robot) {
+    const product::RobotPlan robot = product::plan_robot(product, plan);
+    for (const std::string& note : robot.notes) std::cerr << "takt-from-cad: note: " << note << '\n';
+    if (!robot.moves.empty())
+      robot_files = product::write_robot_cell(product, plan, hierarchy, robot, a.directory);
+  }
   for (const std::string& note : files.notes) std::cerr << "takt-from-cad: note: " << note << '\n';
   if (a.json) {
     nlohmann::json result = description(product, &plan, &hierarchy);
     result["scenario"] = files.scenario.string();
+    if (!robot_files.scenario.empty()) result["robot_scenario"] = robot_files.scenario.string();
     std::cout << result.dump(2) << '\n';
     return 0;
   }
@@ -199,6 +207,9 @@ int run(const Arguments& a) {
     std::printf("\n");
   }
   std::printf("\n%s\nRun it: takt-run run %s\n", files.scenario.c_str(), files.scenario.c_str());
+  if (!robot_files.scenario.empty())
+    std::printf("A robot takes it apart and puts it together: takt-run run %s\n",
+                robot_files.scenario.c_str());
   return 0;
 }
 
@@ -226,6 +237,9 @@ int main_of(int argc, char** argv) {
   app.add_option("--scale", a.scale, "factor for all lengths, of a file that states a wrong unit")
       ->check(command_line::positive())
       ->capture_default_str();
+  auto* robot = app.add_flag("--robot", a.robot,
+                             "add a cell in which a robot takes the product apart and together again");
+  robot->excludes(list);
   app.add_flag("--json", a.json, "print the result as JSON");
   app.footer("\nExample:\n  takt-from-cad gearbox.step -o gearbox && takt-run run gearbox/gearbox.yaml");
   try {

@@ -1,0 +1,204 @@
+// What a plan for a robot becomes: its program, the description of the robot, its time.
+#include <algorithm>
+#include <cmath>
+
+#include "idl/common/text.h"
+#include "server/product/robot_plan.h"
+#include "takt_enumerations.h"
+
+namespace takt::product {
+
+namespace {
+
+constexpr double kSpeed_m_per_s = 0.5, kAcceleration_m_per_s2 = 2.0;
+constexpr double kTurn_rad_per_s = 3.0, kTurnAcceleration_rad_per_s2 = 10.0;
+constexpr double kSlow_m_per_s = 0.1;
+constexpr double kJawTime_s = 0.3;
+
+std::string number(double value) {
+  return number_text(std::abs(value) < 1e-12 ? 0.0 : value, 9);
+}
+
+/// Angles about the fixed axes x, y, z.
+Vec3 angles(const Mat3& R) {
+  const double pitch = std::asin(std::clamp(-R(2, 0), -1.0, 1.0));
+  if (std::abs(R(2, 0)) > 1.0 - 1e-12) return {0.0, pitch, std::atan2(-R(0, 1), R(1, 1))};
+  return {std::atan2(R(2, 1), R(2, 2)), pitch, std::atan2(R(1, 0), R(0, 0))};
+}
+
+std::string text_of(const Pose& pose) {
+  const Vec3 a = angles(pose.R);
+  return "pose{x = " + number(pose.p.x()) + ", y = " + number(pose.p.y()) + ", z = " + number(pose.p.z()) +
+         ", roll = " + number(a.x()) + ", pitch = " + number(a.y()) + ", yaw = " + number(a.z()) + "}";
+}
+
+/// The tool sits askew on the last joint, so that no direction along the axes of the world is singular: those are
+/// singular in which the joint's x axis is vertical, and it is a space diagonal of the tool.
+Mat3 mount() {
+  Mat3 R;
+  R.row(0) = Vec3(1, 1, 1).normalized().transpose();
+  R.row(1) = Vec3(1, -1, 0).normalized().transpose();
+  R.row(2) = R.row(0).cross(R.row(1));
+  return R;
+}
+
+/// The word of the URDF, which is that of the enumeration.
+std::string_view type(JointType joint) {
+  return kEnumeration<JointType>.find(static_cast<std::int64_t>(joint))->name;
+}
+
+double line_time(const Pose& from, const Pose& to, double speed) {
+  const auto time = [](double way, double v, double a) {
+    return std::max(1.5 * way / v, std::sqrt(6.0 * way / a));
+  };
+  const double angle = Eigen::AngleAxisd(from.R.transpose() * to.R).angle();
+  return std::max(time((to.p - from.p).norm(), speed, kAcceleration_m_per_s2),
+                  time(angle, kTurn_rad_per_s, kTurnAcceleration_rad_per_s2)) +
+         0.016;
+}
+
+}  // namespace
+
+std::string robot_program(const Product& product, const RobotPlan& plan) {
+  std::string text =
+      "-- The robot takes " + product.name +
+      " apart and puts it together again. Made by takt-from-cad; calls: docs/controller_programs.md.\n"
+      "-- Each move: above and before the part, at the part, straight out, up, above and on the tray. "
+      "Lengths in m, "
+      "angles in rad.\n\nperiod_s = 0.008\n\n"
+      "local FAST = {speed_m_per_s = " +
+      number(kSpeed_m_per_s) + ", acceleration_m_per_s2 = " + number(kAcceleration_m_per_s2) +
+      ", rotation_speed_rad_per_s = " + number(kTurn_rad_per_s) +
+      ",\n              rotation_acceleration_rad_per_s2 = " + number(kTurnAcceleration_rad_per_s2) +
+      "}\nlocal SLOW = {speed_m_per_s = " + number(kSlow_m_per_s) +
+      ", acceleration_m_per_s2 = " + number(kAcceleration_m_per_s2) +
+      "}\nlocal JAW_TIME_S = " + number(kJawTime_s) + "\n\nlocal MOVES = {\n";
+  for (const RobotMove& move : plan.moves) {
+    text += "  {name = \"" + move.name + "\", part = \"" + product.instances[move.held].name +
+            "\", open_m = " + number(move.width_m + 2.0 * plan.gripper.opening_m);
+    const std::pair<const char*, const Pose*> poses[] = {
+        {"above", &move.above}, {"start", &move.start}, {"grasp", &move.grasp}, {"out", &move.out},
+        {"lift", &move.lift},   {"over", &move.over},   {"put", &move.put}};
+    for (const auto& [key, pose] : poses) text += ",\n   " + std::string(key) + " = " + text_of(*pose);
+    text += "},\n";
+  }
+  text += R"(}
+
+local function close(r, part)
+  r.gripper:close()
+  r:wait_for(function(cell) return cell.grippers.Gripper1.part == part end, 5)
+  r:wait(JAW_TIME_S)
+end
+
+-- The part is then held by the tray, or by the product.
+local function release(r, move)
+  r.gripper:width(move.open_m)
+  r:wait(JAW_TIME_S)
+  r:wait_for(function(cell) return cell.components[move.part].partner ~= nil
+                                   and cell.components[move.part].partner ~= "Gripper1" end, 5)
+end
+
+routine("Robot1", function(r)
+  for i = 1, #MOVES do
+    local move = MOVES[i]
+    r:step(move.name)
+    r.gripper:width(move.open_m)
+    r:move_line(move.above, FAST)
+    r:move_line(move.start, FAST)
+    r:move_line(move.grasp, SLOW)
+    close(r, move.part)
+    r:move_line(move.out, SLOW)
+    r:move_line(move.lift, FAST)
+    r:move_line(move.over, FAST)
+    r:move_line(move.put:offset(0, 0, 0.01), FAST)
+    r:move_line(move.put, SLOW)
+    release(r, move)
+    r:move_line(move.over, FAST)
+  end
+  signal("taken apart")
+  for i = #MOVES, 1, -1 do
+    local move = MOVES[i]
+    r:step("assemble " .. move.part)
+    r.gripper:width(move.open_m)
+    r:move_line(move.over, FAST)
+    r:move_line(move.put:offset(0, 0, 0.01), FAST)
+    r:move_line(move.put, SLOW)
+    close(r, move.part)
+    r:move_line(move.over, FAST)
+    r:move_line(move.lift, FAST)
+    r:move_line(move.out, FAST)
+    r:move_line(move.grasp, SLOW)
+    release(r, move)
+    r:move_line(move.start, FAST)
+    r:move_line(move.above, FAST)
+  end
+end)
+)";
+  return text;
+}
+
+std::vector<double> home_joints(const RobotPlan& plan) {
+  const Vec3 a = angles(plan.home.R * mount().transpose());
+  // The flange lies behind the tool centre point by the length of the tool.
+  const Vec3 flange = plan.home.p - plan.home.R.col(2) * 2.0 * plan.gripper.finger_length_m;
+  return {flange.x(), flange.y(), flange.z(), a.z(), a.y(), a.x()};
+}
+
+std::string robot_description(const RobotPlan& plan) {
+  double reach = 1.0;
+  for (const RobotMove& move : plan.moves)
+    for (const Pose* pose : {&move.above, &move.start, &move.out, &move.lift, &move.over})
+      reach = std::max(reach, pose->p.cwiseAbs().maxCoeff());
+  reach += 4.0 * plan.gripper.finger_length_m;
+  std::string text =
+      "<?xml version=\"1.0\"?>\n<!-- A gantry for takt-from-cad's program: three slides, three turning "
+      "joints about z, y "
+      "and x.\n     The tool sits askew on the last one, so that no direction along the axes is singular. "
+      "Masses and "
+      "speeds are assumed. -->\n<robot name=\"gantry\">\n  <link name=\"base_link\"/>\n";
+  const char* const names[] = {"slide_x", "slide_y", "slide_z", "turn_z", "turn_y", "turn_x"};
+  const char* const axes[] = {"1 0 0", "0 1 0", "0 0 1", "0 0 1", "0 1 0", "1 0 0"};
+  const double size = 0.3 * plan.gripper.finger_length_m;
+  std::string parent = "base_link";
+  for (int k = 0; k < 6; ++k) {
+    const std::string link = std::string(names[k]) + "_link";
+    text += "  <link name=\"" + link +
+            "\">\n    <inertial><mass value=\"2\"/><inertia ixx=\"0.01\" iyy=\"0.01\" "
+            "izz=\"0.01\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial>\n";
+    if (k == 5)
+      text += "    <visual><geometry><box size=\"" + number(size) + " " + number(size) + " " + number(size) +
+              "\"/></geometry></visual>\n";
+    text += "  </link>\n  <joint name=\"" + std::string(names[k]) + "\" " + "type=\"" +
+            std::string(type(k < 3 ? JointType::prismatic : JointType::revolute)) + "\"" +
+            ">\n    <parent link=\"" + parent + "\"/><child link=\"" + link + "\"/><axis xyz=\"" + axes[k] +
+            "\"/>\n    <limit lower=\"" + number(k < 3 ? -reach : -12.5) + "\" upper=\"" +
+            number(k < 3 ? reach : 12.5) + "\" effort=\"" + (k < 3 ? "2000" : "200") + "\" velocity=\"" +
+            (k < 3 ? "4" : "15") + "\"/>\n  </joint>\n";
+    parent = link;
+  }
+  const Vec3 a = angles(mount());
+  text += "  <link name=\"tool0\"/>\n  <joint name=\"tool\" type=\"fixed\">\n    <parent link=\"" + parent +
+          "\"/><child link=\"tool0\"/><origin xyz=\"0 0 0\" rpy=\"" + number(a.x()) + " " + number(a.y()) +
+          " " + number(a.z()) + "\"/>\n  </joint>\n</robot>\n";
+  return text;
+}
+
+double program_duration_s(const RobotPlan& plan) {
+  double time = 0.0;
+  const Pose* before = &plan.home;
+  for (const RobotMove& m : plan.moves) {
+    const double inside = line_time(m.start, m.grasp, kSlow_m_per_s) +
+                          2.0 * line_time(m.grasp, m.out, kSlow_m_per_s) +
+                          line_time(m.start, m.grasp, kSpeed_m_per_s);
+    const double outside =
+        line_time(m.above, m.start, kSpeed_m_per_s) + line_time(m.out, m.lift, kSpeed_m_per_s) +
+        line_time(m.lift, m.over, kSpeed_m_per_s) + 2.0 * line_time(m.over, m.put, kSpeed_m_per_s);
+    // Two ways, with the jaws' times, the last centimetre, and the way to the next move.
+    time +=
+        inside + 2.0 * outside + 2.0 * line_time(*before, m.above, kSpeed_m_per_s) + 8.0 * kJawTime_s + 1.0;
+    before = &m.over;
+  }
+  return std::ceil(1.1 * time + 3.0);
+}
+
+}  // namespace takt::product
