@@ -31,6 +31,7 @@
 #include <XCAFDoc_MaterialTool.hxx>
 #include <XCAFDoc_ShapeTool.hxx>
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
@@ -76,14 +77,39 @@ bool is_generic(const std::string& name) {
          std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
 }
 
-struct MissingEntities {
+/// Entities of a STEP file by their numbers: how many, and the first of them.
+struct Entities {
   std::size_t count = 0;
-  std::uint64_t first = 0;  ///< number of the entity
+  std::uint64_t first = 0;
+
+  explicit Entities(const std::vector<std::uint64_t>& numbers)
+      : count(numbers.size()), first(numbers.empty() ? 0 : numbers.front()) {}
 };
 
-/// Entities (#N) that the text of a STEP file (ISO 10303-21) refers to and does not define.
-MissingEntities missing_entities(std::string_view text) {
-  std::vector<std::uint64_t> defined, referred;
+struct Damage {
+  Entities missing;     ///< which the file refers to and does not define
+  bool is_cut = false;  ///< the last entity has no end
+  Entities unused;      ///< points, curves, faces and solids which no other entity refers to
+};
+
+/// Of the text of a STEP file (ISO 10303-21).
+Damage find_damage(std::string_view text) {
+  // Beginnings of what no whole file leaves alone.
+  constexpr std::array<std::string_view, 14> kShapes{"CARTESIAN_POINT(",
+                                                     "DIRECTION(",
+                                                     "AXIS2_PLACEMENT_3D(",
+                                                     "VERTEX_POINT(",
+                                                     "EDGE_CURVE(",
+                                                     "EDGE_LOOP(",
+                                                     "ADVANCED_FACE(",
+                                                     "CLOSED_SHELL(",
+                                                     "OPEN_SHELL(",
+                                                     "MANIFOLD_SOLID_BREP(",
+                                                     "PRODUCT(",
+                                                     "PRODUCT_DEFINITION(",
+                                                     "PRODUCT_DEFINITION_FORMATION",
+                                                     "PRODUCT_DEFINITION_SHAPE("};
+  std::vector<std::uint64_t> defined, referred, shapes;
   for (std::size_t i = 0; i < text.size(); ++i) {
     if (text[i] == '\'') {  // a string; a quote in it is doubled
       i = std::min(text.find('\'', i + 1), text.size());
@@ -99,16 +125,30 @@ MissingEntities missing_entities(std::string_view text) {
     if (error != std::errc()) continue;
     i = static_cast<std::size_t>(end - text.data()) - 1;
     const std::size_t next = text.find_first_not_of(" \t\r\n", i + 1);
-    (next != text.npos && text[next] == '=' ? defined : referred).push_back(number);
+    if (next == text.npos || text[next] != '=') {
+      referred.push_back(number);
+      continue;
+    }
+    defined.push_back(number);
+    const std::size_t type = text.find_first_not_of(" \t\r\n", next + 1);
+    if (type != text.npos && std::any_of(kShapes.begin(), kShapes.end(), [&](std::string_view shape) {
+          return text.substr(type).starts_with(shape);
+        }))
+      shapes.push_back(number);
   }
-  for (auto* numbers : {&defined, &referred}) {
+  for (auto* numbers : {&defined, &referred, &shapes}) {
     std::sort(numbers->begin(), numbers->end());
     numbers->erase(std::unique(numbers->begin(), numbers->end()), numbers->end());
   }
-  std::vector<std::uint64_t> missing;
-  std::set_difference(referred.begin(), referred.end(), defined.begin(), defined.end(),
-                      std::back_inserter(missing));
-  return {missing.size(), missing.empty() ? 0 : missing.front()};
+  const auto without = [](const std::vector<std::uint64_t>& all, const std::vector<std::uint64_t>& others) {
+    std::vector<std::uint64_t> rest;
+    std::set_difference(all.begin(), all.end(), others.begin(), others.end(), std::back_inserter(rest));
+    return Entities(rest);
+  };
+  const std::size_t end = text.rfind("ENDSEC;");
+  const std::size_t last = end == text.npos ? text.npos : text.find_last_not_of(" \t\r\n", end - 1);
+  const bool is_cut = last != text.npos && text[last] != ';' && text[last] != '/';  // or the end of a comment
+  return {without(referred, defined), is_cut, without(shapes, referred)};
 }
 
 class Reader {
@@ -151,10 +191,19 @@ class Reader {
     if (std::string_view(text).substr(text.size() - std::min(text.size(), kEnds)).find("END-ISO-10303-21") ==
         text.npos)
       fail(file_, "it ends before END-ISO-10303-21: the file is cut off; allowed: a whole STEP file");
-    if (const MissingEntities missing = missing_entities(text); missing.count > 0)
-      product_.notes.push_back("the file refers to " + std::to_string(missing.count) +
-                               " entities that it does not contain, first #" + std::to_string(missing.first) +
+    const Damage damage = find_damage(text);
+    if (damage.missing.count > 0)
+      product_.notes.push_back("the file refers to " + std::to_string(damage.missing.count) +
+                               " entities that it does not contain, first #" +
+                               std::to_string(damage.missing.first) +
                                ": it is damaged, and parts may be missing or incomplete");
+    if (damage.is_cut)
+      product_.notes.push_back(
+          "the last entity of the file is incomplete: the file was cut off, and parts may be missing");
+    if (damage.unused.count > 0)
+      product_.notes.push_back("the file contains " + std::to_string(damage.unused.count) +
+                               " products or shapes that nothing uses, first #" +
+                               std::to_string(damage.unused.first) + ": parts may be missing");
     Message::DefaultMessenger()->ChangePrinters().Clear();
     XCAFApp_Application::GetApplication()->NewDocument("MDTV-XCAF", document_);
     STEPCAFControl_Reader reader;

@@ -100,13 +100,10 @@ TEST(RunArguments, FlagsBelongToTheCommandsThatUseThem) {
 }
 
 TEST(RunArguments, AnUnknownCommandListsThoseThereAre) {
-  EXPECT_THAT(
-      output_of({"nosuch"}, 2),
-      AllOf(
-          HasSubstr(
-              "There is no command 'nosuch'. Commands: run, study, replay, export-fmu, compare, check-mesh, "
-              "write-scenario, schema, reference."),
-          Not(HasSubstr("takt-run run"))));
+  EXPECT_THAT(output_of({"nosuch"}, 2), AllOf(HasSubstr("There is no command 'nosuch'. Commands: run, study, "
+                                                        "verify, replay, export-fmu, compare, check-mesh, "
+                                                        "write-scenario, schema, reference."),
+                                              Not(HasSubstr("takt-run run"))));
   EXPECT_THAT(output_of({"replai", "x.taktlog"}, 2), HasSubstr("Did you mean 'replay'?"));
   EXPECT_THAT(output_of({"x.yaml", "--quiet"}, 2),
               AllOf(HasSubstr("There is no command 'x.yaml'."), HasSubstr("use 'takt-run run x.yaml'.")));
