@@ -5,7 +5,7 @@ build=$1
 for tool in cpack dpkg-deb dpkg-shlibdeps; do
   command -v $tool >/dev/null || { echo "skipped: $tool is not installed"; exit 77; }
 done
-for part in bin/takt bin/takt-server bin/takt-run bin/takt-controller bin/takt-ur bin/takt-rsi bin/takt-egm client_lib/libtakt_client.a python/takt; do
+for part in bin/takt bin/takt-server bin/takt-run bin/takt-controller bin/takt-ur bin/takt-rsi bin/takt-egm bin/takt-from-cad client_lib/libtakt_client.a python/takt; do
   [[ -e $build/$part ]] || { echo "skipped: $part was not built"; exit 77; }
 done
 place=$(mktemp -d)
@@ -31,7 +31,7 @@ fi
 
 dpkg-deb --extract "$package" "$place/unpacked"
 root=$place/unpacked/usr
-for program in takt takt-server takt-run takt-controller takt-ur takt-rsi takt-egm; do
+for program in takt takt-server takt-run takt-controller takt-ur takt-rsi takt-egm takt-from-cad; do
   "$root/bin/$program" --version >/dev/null
   [[ ! -e $build/share/man/man1/$program.1 ]] || grep -q '^\.TH' "$root/share/man/man1/$program.1"
 done
