@@ -228,6 +228,8 @@ TEST_F(StepReader, TheProgramAndItsCommandOfTaktWriteTheCell) {
         0)
         << command;
     EXPECT_TRUE(std::filesystem::exists(out / "Stack.yaml")) << command;
+    // A picture without content has less than 8 kB.
+    EXPECT_GT(std::filesystem::file_size(out / "exploded.png"), 16U * 1024U) << command;
     EXPECT_NE(
         std::system((program + " " + file().string() + "x -o " + out.string() + " > /dev/null 2>&1").c_str()),
         0)

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <iostream>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -13,6 +14,8 @@
 #include "server/product/cell_writer.h"
 #include "server/product/contacts.h"
 #include "server/product/disassembly.h"
+#include "server/product/exploded_view.h"
+#include "server/tools/takt_from_cad/picture.h"
 
 namespace takt {
 namespace {
@@ -175,6 +178,8 @@ int run(const Arguments& a) {
   const product::Disassembly plan = product::take_apart(product);
   const product::Hierarchy hierarchy = product::hierarchy(product, plan);
   const product::CellFiles files = product::write_cell(product, plan, hierarchy, a.directory);
+  const auto exploded = std::filesystem::path(a.directory) / "exploded.png";
+  draw_exploded(product, product::explode(product, plan), exploded);
   product::CellFiles robot_files;
   if (a.robot) {
     const product::RobotPlan robot = product::plan_robot(product, plan);
@@ -186,6 +191,7 @@ int run(const Arguments& a) {
   if (a.json) {
     nlohmann::json result = description(product, &plan, &hierarchy);
     result["scenario"] = files.scenario.string();
+    result["exploded_view"] = exploded.string();
     if (!robot_files.scenario.empty()) result["robot_scenario"] = robot_files.scenario.string();
     std::cout << result.dump(2) << '\n';
     return 0;
@@ -206,7 +212,8 @@ int run(const Arguments& a) {
     for (const std::size_t i : group) std::printf(" %s", product.instances[i].name.c_str());
     std::printf("\n");
   }
-  std::printf("\n%s\nRun it: takt-run run %s\n", files.scenario.c_str(), files.scenario.c_str());
+  std::printf("\n%s\nExploded view: %s\nRun it: takt-run run %s\n", files.scenario.c_str(), exploded.c_str(),
+              files.scenario.c_str());
   if (!robot_files.scenario.empty())
     std::printf("A robot takes it apart and puts it together: takt-run run %s\n",
                 robot_files.scenario.c_str());
