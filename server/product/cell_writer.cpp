@@ -4,7 +4,6 @@
 #include <cmath>
 #include <fstream>
 #include <functional>
-#include <limits>
 #include <map>
 #include <set>
 #include <stdexcept>
@@ -14,6 +13,7 @@
 #include "server/product/convex_pieces.h"
 #include "server/product/geometry.h"
 #include "server/product/names.h"
+#include "server/product/support.h"
 
 namespace takt::product {
 
@@ -49,75 +49,6 @@ void write_object(std::ostream& out, const std::string& name, const TriangleMesh
 void write_mesh(const fs::path& file, const std::string& name, const TriangleMesh& mesh) {
   std::size_t base = 1;
   write(file, [&](std::ostream& out) { write_object(out, name, mesh, base); });
-}
-
-/// Boxes under the base, as a Ground. Posts stand where the base is what a look from below meets first.
-std::vector<TriangleMesh> support(const std::vector<PlacedInstance>& placed, std::size_t base,
-                                  double& floor_m) {
-  double lowest = std::numeric_limits<double>::infinity();
-  BoxBuilder all;
-  for (const PlacedInstance& instance : placed) {
-    lowest = std::min(lowest, instance.box.lower.z());
-    all.add(instance.box.lower), all.add(instance.box.upper);
-  }
-  const PlacedInstance& body = placed[base];
-  const Vec3 size = all.box.upper - all.box.lower;
-  const double margin = 0.1 * std::max(size.x(), size.y()),
-               thickness = 0.05 * std::max({size.x(), size.y(), size.z()});
-  constexpr double kSame_m = 1e-6;
-  const auto plate = [&](double top) {
-    return box_mesh(Vec3(all.box.lower.x() - margin, all.box.lower.y() - margin, top - thickness),
-                    Vec3(all.box.upper.x() + margin, all.box.upper.y() + margin, top));
-  };
-  floor_m = lowest;
-  if (body.box.lower.z() - lowest < kSame_m) return {plate(lowest)};
-  // Columns of a grid in which the base's lower side is flat, at its lowest height, and free below.
-  floor_m = lowest - 0.25 * size.z();
-  std::vector<TriangleMesh> boxes{plate(floor_m)};
-  constexpr int kCells = 24;
-  const Vec3 from = body.box.lower, extent = body.box.upper - body.box.lower;
-  std::vector<Vec3> places;
-  const Vec3 cell(extent.x() / kCells, extent.y() / kCells, 0.0);
-  for (int i = 0; i < kCells; ++i) {
-    for (int j = 0; j < kCells; ++j) {
-      const Vec3 lower(from.x() + i * cell.x(), from.y() + j * cell.y(), 0.0), upper = lower + cell;
-      bool touches = false, free = true;
-      for (const Triangle& t : body.triangles) {
-        const Vec3 n = normal_of(t);
-        if (n.z() > -0.999 * n.norm()) continue;
-        const bool flat = std::abs(t[0].z() - from.z()) < kSame_m;
-        const Vec3 middle = 0.5 * (lower + upper);
-        // Inside the triangle seen from above.
-        bool inside = flat;
-        for (std::size_t k = 0; inside && k < 3; ++k) {
-          const Vec3 e = t[(k + 1) % 3] - t[k], r = middle - t[k];
-          inside = e.x() * r.y() - e.y() * r.x() <= 0.0;
-        }
-        touches = touches || inside;
-      }
-      for (std::size_t other = 0; touches && free && other < placed.size(); ++other) {
-        if (other == base || placed[other].box.lower.z() > from.z()) continue;
-        const Aabb& b = placed[other].box;
-        free = b.upper.x() < lower.x() || b.lower.x() > upper.x() || b.upper.y() < lower.y() ||
-               b.lower.y() > upper.y();
-      }
-      if (touches && free) places.push_back(0.5 * (lower + upper));
-    }
-  }
-  if (places.empty()) return boxes;
-  // The four places that lie furthest out along the diagonals carry it.
-  std::set<std::size_t> chosen;
-  for (const double sx : {-1.0, 1.0})
-    for (const double sy : {-1.0, 1.0}) {
-      std::size_t best = 0;
-      for (std::size_t k = 1; k < places.size(); ++k)
-        if (sx * places[k].x() + sy * places[k].y() > sx * places[best].x() + sy * places[best].y()) best = k;
-      chosen.insert(best);
-    }
-  for (const std::size_t k : chosen)
-    boxes.push_back(box_mesh(Vec3(places[k].x() - 0.5 * cell.x(), places[k].y() - 0.5 * cell.y(), floor_m),
-                             Vec3(places[k].x() + 0.5 * cell.x(), places[k].y() + 0.5 * cell.y(), from.z())));
-  return boxes;
 }
 
 /// Coefficients of friction of dry pairs: Dubbel, Taschenbuch fuer den Maschinenbau, B 15; plastics: VDI 2736.
@@ -208,14 +139,15 @@ class Writer {
   }
 
   void write_support() {
-    const auto boxes = support(placed_, plan_.base, floor_m_);
+    const Support support = support_of(placed_, plan_);
+    const auto& boxes = support.boxes;
     posts_ = boxes.size() - 1;
     std::size_t base = 1;
     write(directory_ / "meshes" / "Support.obj", [&](std::ostream& out) {
       for (std::size_t i = 0; i < boxes.size(); ++i)
         write_object(out, i == 0 ? "plate" : "post_" + std::to_string(i), boxes[i], base);
     });
-    if (floor_m_ < placed_[plan_.base].box.lower.z() - 1e-6 && posts_ == 0)
+    if (support.floor_m < placed_[plan_.base].box.lower.z() - 1e-6 && posts_ == 0)
       result_.notes.push_back("no place under " + product_.instances[plan_.base].name +
                               " is free for a post of the support; place it on a Ground of your own");
   }
@@ -248,8 +180,13 @@ class Writer {
         << number_text(2.0 * g.finger_length_m) << "]}, max_width_m: " << number_text(g.largest_width_m)
         << ", initial_width_m: " << number_text(g.largest_width_m)
         << ",\n    jaw_speed_m_per_s: " << number_text(std::max(0.05, 4.0 * g.largest_width_m))
-        << ", max_force_N: " << number_text(g.force_N)
-        << ", mass_kg: 1, grasp: on_command}\n\ncontroller: {program: " << name << ".lua}\n";
+        << ", max_force_N: " << number_text(g.force_N) << ", mass_kg: 1, grasp: on_command}\n\n";
+    if (g.cup_diameter_m > 0.0)
+      out << "# For parts without opposite faces that the jaws can hold.\nvacuum_grippers:\n  Cup1: {at: "
+             "Gripper1, mount: {pose: {"
+          << pose(cup_mount(g)) << "}},\n    cups: [{diameter_m: " << number_text(g.cup_diameter_m)
+          << "}], pressure_Pa: " << number_text(g.cup_pressure_Pa) << "}\n\n";
+    out << "controller: {program: " << name << ".lua}\n";
   }
 
   std::string convex_of(std::size_t body) const {
@@ -302,12 +239,12 @@ class Writer {
         << ".\nexpected:\n  tolerance_m: "
            "0.0005\n  parts:\n";
     for (const Instance& instance : product_.instances)
-      out << "    " << instance.name << ": {" << pose(instance) << "}\n";
+      out << "    " << instance.name << ": {" << pose(instance.X_WB) << "}\n";
   }
 
-  static std::string pose(const Instance& instance) {
-    const Quat q = instance.X_WB.quaternion();
-    std::string text = "position_m: " + list(instance.X_WB.p);
+  static std::string pose(const Pose& X) {
+    const Quat q = X.quaternion();
+    std::string text = "position_m: " + list(X.p);
     if (std::abs(q.w()) < 1.0 - 1e-12)
       text += ", quaternion_xyzw: [" + number_text(q.x(), 15) + ", " + number_text(q.y(), 15) + ", " +
               number_text(q.z(), 15) + ", " + number_text(q.w(), 15) + "]";
@@ -333,7 +270,7 @@ class Writer {
     for (const double value : {I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2)})
       out << number_text(value, kDigits) << ", ";
     out << number_text(I(1, 2), kDigits) << "]";
-    out << ",\n     pose: {" << pose(instance) << "}}\n";
+    out << ",\n     pose: {" << pose(instance.X_WB) << "}}\n";
   }
 
   void advice(std::ostream& out) const {
@@ -407,7 +344,6 @@ class Writer {
   std::vector<std::string> files_;     ///< by body: name of its mesh file without suffix
   std::vector<ConvexChoice> choices_;  ///< by body
   std::size_t posts_ = 0;
-  double floor_m_ = 0.0;
   CellFiles result_;
 };
 

@@ -147,15 +147,6 @@ class Planner {
     return held.size() - left.size();
   }
 
-  /// The contact holds this side of it against gravity.
-  static bool carries(const Contact& contact, bool first) {
-    constexpr double kUpright = 0.1;
-    if (contact.kind == ContactKind::thread || contact.kind == ContactKind::snap) return true;
-    if (contact.kind == ContactKind::cylinder_fit)
-      return contact.clearance_m < 0.0 || std::abs(contact.axis_W.z()) < 1.0 - kUpright;
-    return contact.normals_W[0].z() * (first ? -1.0 : 1.0) > kUpright;
-  }
-
   /// No contact of those that leave opens along `d`.
   bool slides(const std::set<std::size_t>& parts, const Vec3& d) const {
     return std::none_of(product_.contacts.begin(), product_.contacts.end(), [&](const Contact& contact) {
@@ -223,6 +214,14 @@ class Planner {
 
 Disassembly take_apart(Product& product) {
   return Planner(product).plan();
+}
+
+bool carries(const Contact& contact, bool first) {
+  constexpr double kUpright = 0.1;
+  if (contact.kind == ContactKind::thread || contact.kind == ContactKind::snap) return true;
+  if (contact.kind == ContactKind::cylinder_fit)
+    return contact.clearance_m < 0.0 || std::abs(contact.axis_W.z()) < 1.0 - kUpright;
+  return contact.normals_W[0].z() * (first ? -1.0 : 1.0) > kUpright;
 }
 
 Hierarchy hierarchy(const Product& product, const Disassembly& plan) {

@@ -33,6 +33,9 @@ struct Disassembly {
 /// share of its shadow is unsnapped; the contacts of that pair get the kind `snap`.
 Disassembly take_apart(Product& product);
 
+/// The contact holds its first instance (else its second) against gravity.
+bool carries(const Contact& contact, bool first);
+
 /// Numbers for the partner search by order of disassembly: one more than the largest number of the touching parts that
 /// leave earlier, so that each part touches one of a larger number that leaves later. Those that do not: `floating`.
 struct Hierarchy {

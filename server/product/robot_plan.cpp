@@ -6,81 +6,34 @@
 #include <optional>
 #include <set>
 
-#include "server/product/geometry.h"
+#include "server/product/grasps.h"
+#include "server/product/removal.h"
+#include "server/product/support.h"
 
 namespace takt::product {
 
 namespace {
 
-constexpr double kParallel = 1e-3;  ///< of the cosine
-constexpr double kMargin_m = 2e-4;  ///< between gripper and other parts
-constexpr double kSmallest_m = 1e-9;
 constexpr double kLeastForce_N = 100.0;
 constexpr double kJawFriction = 0.15;  ///< assumed: dry steel on steel
 constexpr double kGripMargin =
     3.0;  ///< force of the jaws over what the weight needs: acceleration and levers
 constexpr double kGravity_m_per_s2 = 9.81;
+constexpr double kCupPressure_Pa = 6e4;  ///< of an ejector
+constexpr double kSmallestCup_m = 0.004;
+constexpr double kParallel = 1e-3;  ///< of the cosine
+constexpr double kClear_m = 0.005;  ///< beyond what a part leaves behind
 
-using Polygon = std::vector<Vec3>;
-
-/// The part of a polygon with n . p <= offset.
-void clip(Polygon& polygon, const Vec3& n, double offset) {
-  Polygon result;
-  for (std::size_t k = 0; k < polygon.size(); ++k) {
-    const Vec3 &p = polygon[k], &q = polygon[(k + 1) % polygon.size()];
-    const double a = n.dot(p) - offset, b = n.dot(q) - offset;
-    if (a <= 0.0) result.push_back(p);
-    if ((a < 0.0 && b > 0.0) || (a > 0.0 && b < 0.0)) result.push_back(p + a / (a - b) * (q - p));
-  }
-  polygon = std::move(result);
-}
-
-double area(const Polygon& polygon) {
-  Vec3 sum = Vec3::Zero();
-  for (std::size_t k = 2; k < polygon.size(); ++k)
-    sum += (polygon[k - 1] - polygon[0]).cross(polygon[k] - polygon[0]);
-  return 0.5 * sum.norm();
-}
-
-/// A box with axes of its own; `lower` and `upper` are coordinates along them, from the origin of the world.
-struct TurnedBox {
-  Mat3 axes;  ///< columns
-  Vec3 lower, upper;
-
-  bool meets(const Triangle& triangle) const {
-    Polygon polygon;
-    for (const Vec3& p : triangle) polygon.push_back(axes.transpose() * p);
-    for (int k = 0; k < 3; ++k) {
-      const auto [low, high] = std::minmax({polygon[0][k], polygon[1][k], polygon[2][k]});
-      if (low >= upper[k] || high <= lower[k]) return false;
-    }
-    for (int k = 0; k < 3 && polygon.size() > 2; ++k) {
-      clip(polygon, Vec3::Unit(k), upper[k]);
-      clip(polygon, -Vec3::Unit(k), -lower[k]);
-    }
-    return polygon.size() > 2;
-  }
-  Aabb box() const {
-    BoxBuilder builder;
-    for (int corner = 0; corner < 8; ++corner)
-      builder.add(axes * Vec3((corner & 1) != 0 ? upper.x() : lower.x(),
-                              (corner & 2) != 0 ? upper.y() : lower.y(),
-                              (corner & 4) != 0 ? upper.z() : lower.z()));
-    return builder.box;
-  }
-};
-
-struct Grasp {
-  Vec3 out, jaws, tip;  ///< from the part towards the tool; jaw axis; tool centre point
-  double width = 0.0, score = 0.0;
-};
-
-Pose tool(const Grasp& grasp) {
-  Mat3 R;
-  R.col(2) = -grasp.out;
-  R.col(1) = grasp.jaws;
-  R.col(0) = R.col(1).cross(R.col(2));
-  return {R, grasp.tip};
+/// The tool centre point of a gripper that holds a part so. The arm of the cup points upwards where it can.
+Pose tool(const Grasp& grasp, const GripperSize& gripper) {
+  Pose pose{Mat3::Identity(), grasp.tip};
+  pose.R.col(2) = -grasp.out;
+  pose.R.col(1) = grasp.jaws;
+  pose.R.col(0) = pose.R.col(1).cross(pose.R.col(2));
+  if (pose.R.col(0).z() < 0.0) pose.R.col(0) *= -1.0, pose.R.col(1) *= -1.0;
+  if (!grasp.by_cup) return pose;
+  const Pose X_GTcp{Mat3::Identity(), Vec3(0, 0, 2.0 * gripper.finger_length_m)};
+  return pose * cup_mount(gripper).inverse() * X_GTcp;
 }
 
 Pose moved(const Pose& pose, const Vec3& by) {
@@ -89,20 +42,25 @@ Pose moved(const Pose& pose, const Vec3& by) {
 
 class Planner {
  public:
-  Planner(const Product& product, const Disassembly& plan)
-      : product_(product),
-        plan_(plan),
-        original_(place(product)),
-        now_(original_),
-        turns_(product.instances.size(), Mat3::Identity()) {}
+  Planner(const Product& product, const Disassembly& plan, double cup_diameter_m)
+      : product_(product), plan_(plan), removal_(product), group_(product.instances.size(), 0) {
+    around_.original = around_.now = place(product);
+    around_.moved.resize(product.instances.size());
+    for (const Instance& instance : product.instances) around_.names.push_back(instance.name);
+    result_.gripper.cup_diameter_m = cup_diameter_m;
+    result_.gripper.cup_pressure_Pa = kCupPressure_Pa;
+  }
 
   RobotPlan run() {
-    for (const PlacedInstance& instance : now_)
+    for (const PlacedInstance& instance : around_.now)
       whole_.add(instance.box.lower), whole_.add(instance.box.upper);
     size_gripper();
     const Vec3 size = whole_.box.upper - whole_.box.lower;
     const double reach = result_.gripper.finger_length_m;
-    floor_ = whole_.box.lower.z();
+    const Support support = support_of(around_.now, plan_);
+    for (const TriangleMesh& mesh : support.boxes) around_.fixed.push_back(placed(mesh));
+    floor_ = around_.floor_m = support.floor_m;
+    around_.reach_m = size.norm();
     gap_ = 2.0 * (result_.gripper.finger_thickness_m + result_.gripper.opening_m) + 0.002;
     row_x_ = whole_.box.upper.x() + 0.2 * std::max(size.x(), size.y()) + gap_;
     row_y_ = whole_.box.lower.y();
@@ -111,14 +69,15 @@ class Planner {
     row_end_ = std::max(whole_.box.upper.y(), row_y_ + 0.5 * size.maxCoeff());
     // The whole tool hangs below this height when it points down; parts hang below the tool.
     safe_ = whole_.box.upper.z() + size.maxCoeff() + 0.5 * reach;
-    for (const RemovalStep& step : plan_.steps)
-      if (!make(step)) break;
+    leaves_.assign(group_.size(), group_.size());
+    for (std::size_t k = 0; k < plan_.order.size(); ++k) leaves_[plan_.order[k]] = k;
+    make_all();
     result_.gripper.force_N = kLeastForce_N;
     for (const RobotMove& move : result_.moves) {
-      double mass_kg = 0.0;
-      for (const std::size_t i : move.parts) mass_kg += now_[i].mass_kg;
-      result_.gripper.force_N = std::max(result_.gripper.force_N,
-                                         std::ceil(kGripMargin * mass_kg * kGravity_m_per_s2 / kJawFriction));
+      if (move.by_cup) continue;
+      result_.gripper.force_N =
+          std::max(result_.gripper.force_N,
+                   std::ceil(kGripMargin * mass_of(move.parts) * kGravity_m_per_s2 / kJawFriction));
     }
     result_.tray_lower = tray_from_;
     result_.tray_upper = tray_to_ + Vec3(gap_, gap_, 0.0);
@@ -128,13 +87,16 @@ class Planner {
     return std::move(result_);
   }
 
+  /// Of the cup that carries all parts that find no grasp of the fingers (m).
+  double wanted_cup_m() const { return wanted_cup_m_; }
+
  private:
   void size_gripper() {
     GripperSize& g = result_.gripper;
     double middle = std::numeric_limits<double>::infinity(), widest = 0.0;
-    for (std::size_t i = 0; i < now_.size(); ++i) {
-      if (i == plan_.base && now_.size() > 1) continue;
-      Vec3 size = now_[i].box.upper - now_[i].box.lower;
+    for (std::size_t i = 0; i < around_.now.size(); ++i) {
+      if (i == plan_.base && around_.now.size() > 1) continue;
+      Vec3 size = around_.now[i].box.upper - around_.now[i].box.lower;
       std::sort(size.data(), size.data() + 3);
       middle = std::min(middle, size[1]);
       widest = std::max(widest, size[1]);  // a flat part that lies is held across its middle side
@@ -145,136 +107,6 @@ class Planner {
     g.finger_length_m = std::max(0.05, 0.5 * all);
     g.opening_m = std::clamp(0.15 * middle, 0.0005, 0.005);
     g.largest_width_m = 1.3 * widest + 2.0 * g.opening_m;
-  }
-
-  /// Directions in which the jaws can close on opposite faces, across `out`.
-  std::vector<Vec3> jaw_axes(std::size_t held, const Vec3& out) const {
-    std::vector<Vec3> axes;
-    const auto add = [&](Vec3 axis) {
-      if (std::abs(axis.dot(out)) > kParallel || axes.size() >= 16) return;
-      axis = (axis - axis.dot(out) * out).normalized();
-      if (std::none_of(axes.begin(), axes.end(),
-                       [&](const Vec3& a) { return std::abs(a.dot(axis)) > 0.999; }))
-        axes.push_back(axis);
-    };
-    for (const PlacedFace& face : original_[held].faces) {
-      const Vec3 axis = turns_[held] * face.face.axis_B;
-      if (face.face.kind == SurfaceKind::plane) add(axis);
-      if (face.face.kind != SurfaceKind::cylinder || face.face.concave) continue;
-      const Vec3 across = out.cross(axis);
-      if (across.norm() > 0.999) add(across);
-      if (across.norm() > kParallel) continue;
-      const Vec3 x = out.unitOrthogonal(), y = out.cross(x);
-      for (int k = 0; k < 6; ++k) add(std::cos(k * M_PI / 6) * x + std::sin(k * M_PI / 6) * y);
-    }
-    return axes;
-  }
-
-  /// What lies between the fingers: its width, and how much of both pads rests on it.
-  std::optional<Grasp> between(std::size_t held, const Vec3& out, const Vec3& jaws, double top, double depth,
-                               double at) const {
-    const GripperSize& g = result_.gripper;
-    const Vec3 across = jaws.cross(-out);
-    std::vector<std::pair<Polygon, double>> pieces;  // with the normal's part along the jaws
-    double from = std::numeric_limits<double>::infinity(), to = -from;
-    for (const Triangle& t : now_[held].triangles) {
-      Polygon polygon(t.begin(), t.end());
-      clip(polygon, -out, depth - top);
-      if (polygon.size() > 2) clip(polygon, across, at + 0.5 * g.finger_width_m);
-      if (polygon.size() > 2) clip(polygon, -across, 0.5 * g.finger_width_m - at);
-      if (polygon.size() < 3) continue;
-      for (const Vec3& p : polygon) from = std::min(from, p.dot(jaws)), to = std::max(to, p.dot(jaws));
-      pieces.emplace_back(std::move(polygon), normal_of(t).normalized().dot(jaws));
-    }
-    const double width = to - from;
-    if (pieces.empty() || width < kSmallest_m || width > g.largest_width_m - 2.0 * g.opening_m)
-      return std::nullopt;
-    double low = 0.0, high = 0.0;
-    for (const auto& [polygon, along] : pieces) {
-      if (std::abs(along) < 0.9) continue;
-      double mean = 0.0;
-      for (const Vec3& p : polygon) mean += p.dot(jaws) / static_cast<double>(polygon.size());
-      if (along > 0.0 && to - mean < 0.06 * width) high += area(polygon);
-      if (along < 0.0 && mean - from < 0.06 * width) low += area(polygon);
-    }
-    const double pad = g.finger_width_m * g.finger_width_m, held_area = std::min({low, high, pad});
-    if (held_area < 0.02 * pad) return std::nullopt;
-    Grasp grasp{out, jaws, (top - depth) * out + 0.5 * (from + to) * jaws + at * across, width, 0.0};
-    const Vec3 lever = grasp.tip - centre(held);
-    const double size = (now_[held].box.upper - now_[held].box.lower).norm();
-    grasp.score = held_area / pad - 0.3 * width / g.largest_width_m -
-                  0.5 * (lever - lever.dot(out) * out).norm() / size;
-    return grasp;
-  }
-
-  Vec3 centre(std::size_t i) const { return 0.5 * (now_[i].box.lower + now_[i].box.upper); }
-
-  /// Fingers and body of the gripper at a tool centre point; the fingers `longer` by this.
-  std::vector<TurnedBox> tool_boxes(const Grasp& grasp, const Vec3& by, double longer) const {
-    const GripperSize& g = result_.gripper;
-    Mat3 axes;
-    axes.col(0) = grasp.jaws.cross(-grasp.out), axes.col(1) = grasp.jaws, axes.col(2) = grasp.out;
-    const Vec3 tip = axes.transpose() * (grasp.tip + by);
-    const double inner = 0.5 * grasp.width + kMargin_m,
-                 outer = 0.5 * grasp.width + g.opening_m + g.finger_thickness_m + kMargin_m,
-                 half = 0.5 * g.finger_width_m + kMargin_m,
-                 body = 0.5 * g.largest_width_m + g.finger_thickness_m;
-    const double end = g.finger_length_m + longer;
-    return {
-        {axes, tip + Vec3(-half, inner, -kMargin_m), tip + Vec3(half, outer, end)},
-        {axes, tip + Vec3(-half, -outer, -kMargin_m), tip + Vec3(half, -inner, end)},
-        {axes, tip + Vec3(-2 * half, -body, g.finger_length_m), tip + Vec3(2 * half, body, end + 4 * half)}};
-  }
-
-  bool free(const std::vector<TurnedBox>& boxes, const std::set<std::size_t>& without) const {
-    for (const TurnedBox& box : boxes) {
-      const Aabb around = box.box();
-      if (around.lower.z() < floor_) return false;
-      for (std::size_t i = 0; i < now_.size(); ++i) {
-        if (without.contains(i) || !near(now_[i].box, around, 0.0)) continue;
-        for (const Triangle& t : now_[i].triangles)
-          if (box.meets(t)) return false;
-      }
-    }
-    return true;
-  }
-
-  std::optional<Grasp> grasp(std::size_t held, const std::set<std::size_t>& moving, const Vec3& d,
-                             double way) const {
-    std::vector<Vec3> sides{d};
-    for (const Vec3& side : {Vec3(0, 0, 1), Vec3(1, 0, 0), Vec3(-1, 0, 0), Vec3(0, 1, 0), Vec3(0, -1, 0)})
-      if (side.dot(d) > -kParallel && side.dot(d) < 0.999) sides.push_back(side);
-    for (const Vec3& out : sides) {
-      double low = std::numeric_limits<double>::infinity(), top = -low;
-      for (const Triangle& t : now_[held].triangles)
-        for (const Vec3& p : t) low = std::min(low, p.dot(out)), top = std::max(top, p.dot(out));
-      std::vector<Grasp> candidates;
-      for (const Vec3& jaws : jaw_axes(held, out)) {
-        const Vec3 across = jaws.cross(-out);
-        double left = std::numeric_limits<double>::infinity(), right = -left;
-        for (const Triangle& t : now_[held].triangles)
-          for (const Vec3& p : t)
-            left = std::min(left, p.dot(across)), right = std::max(right, p.dot(across));
-        for (const double share : {1.0, 0.5, 0.25}) {
-          const double depth = std::min(share * result_.gripper.finger_width_m, 0.8 * (top - low));
-          for (const double u : {0.5, 0.25, 0.75, 0.12, 0.88})
-            if (auto one = between(held, out, jaws, top, depth, left + u * (right - left)))
-              candidates.push_back(*one);
-        }
-      }
-      std::stable_sort(candidates.begin(), candidates.end(),
-                       [](const Grasp& a, const Grasp& b) { return a.score > b.score; });
-      const double beyond = (whole_.box.upper - whole_.box.lower).norm();
-      for (const Grasp& one : candidates) {
-        if (!free(tool_boxes(one, Vec3::Zero(), beyond), {held})) continue;
-        constexpr int kSteps = 24;
-        bool clear = true;
-        for (int k = 1; k <= kSteps && clear && out.dot(d) < 0.999; ++k)
-          clear = free(tool_boxes(one, way * k / kSteps * d, 0.0), moving);
-        if (clear) return one;
-      }
-    }
-    return std::nullopt;
   }
 
   /// A place on the tray for a group of this box; returns the shift of the box to it.
@@ -289,74 +121,195 @@ class Planner {
     return shift;
   }
 
-  bool make(const RemovalStep& step) {
-    const std::set<std::size_t> moving(step.parts.begin(), step.parts.end());
-    std::size_t held = step.parts.front();
-    for (const std::size_t i : step.parts)
-      if (now_[i].mass_kg > now_[held].mass_kg) held = i;
-    const Vec3 d = turns_[held] * step.direction_W;
-    RobotMove move;
-    move.held = held, move.parts = step.parts;
-    move.name = std::string(to_string(step.loosening)) + " " + product_.instances[held].name;
-    const auto refuse = [&](const std::string& why) {
-      result_.notes.push_back("The robot program ends before '" + move.name + "': " + why);
-      return false;
+  /// In the order of disassembly. What cannot be made yet is tried again once others have left.
+  void make_all() {
+    struct Pending {
+      RemovalStep step;
+      std::size_t from;  ///< group
+      std::string why;
     };
-    if (d.z() < -0.5)
-      return refuse("the part leaves downwards, where the support is; turn the product with --up");
+    std::vector<Pending> pending;
+    for (const RemovalStep& step : plan_.steps) {
+      const std::size_t from = group_[step.parts.front()];
+      const std::string why = make(step);
+      if (!why.empty()) pending.push_back({step, from, why});
+    }
+    for (bool progress = true; progress;) {
+      progress = false;
+      std::vector<Pending> left;
+      for (Pending& one : pending) {
+        // Parts of a group that have left it one by one are done.
+        std::erase_if(one.step.parts, [&](std::size_t i) { return group_[i] != one.from; });
+        if (one.step.parts.empty()) continue;
+        one.why = make(one.step);
+        if (one.why.empty())
+          progress = true;
+        else
+          left.push_back(std::move(one));
+      }
+      pending = std::move(left);
+    }
+    for (const Pending& one : pending) {
+      std::string name = to_string(one.step.loosening);
+      for (const std::size_t i : one.step.parts)
+        name += (i == one.step.parts.front() ? " " : ", ") + around_.names[i];
+      result_.notes.push_back("The robot does not " + name + ": " + one.why);
+    }
+  }
+
+  /// Makes the removal and returns nothing, or returns why it cannot be made.
+  std::string make(const RemovalStep& step) {
+    std::string why = obstacle_of_order(step);
+    if (why.empty()) why = try_to_make(step);
+    for (const std::size_t i : step.parts) {
+      if (why.empty())
+        stays_.erase(i);
+      else
+        stays_.insert(i);
+    }
+    return why;
+  }
+
+  /// What stays, as the robot could not remove it, may be in the way of the parts, or fall without them. Empty: it is not.
+  std::string obstacle_of_order(const RemovalStep& step) {
+    const std::set<std::size_t> moving(step.parts.begin(), step.parts.end());
+    const bool out_of_order =
+        std::any_of(moving.begin(), moving.end(), [&](std::size_t i) { return stays_.contains(i); });
+    const auto& directions = removal_.directions();
+    const auto d = static_cast<std::size_t>(
+        std::find_if(directions.begin(), directions.end(),
+                     [&](const Vec3& one) { return (one - step.direction_W).norm() < 1e-6; }) -
+        directions.begin());
+    for (std::size_t b = 0; b < group_.size(); ++b) {
+      if (moving.contains(b) || group_[b] != group_[step.parts.front()]) continue;
+      if (!stays_.contains(b) && !out_of_order) continue;
+      for (const std::size_t a : moving)
+        if (d < directions.size() && removal_.blocked(a, d, b)) return around_.names[b] + " is in the way";
+      if (stays_.contains(b) && falls(b, moving)) return around_.names[b] + " would fall";
+    }
+    return "";
+  }
+
+  /// Only those that leave hold it: by a contact that carries it in the product, and for the partner search, in which a part
+  /// is held by one that leaves later.
+  bool falls(std::size_t part, const std::set<std::size_t>& leaving) const {
+    bool carried[2] = {}, partner[2] = {};  // by those that leave, by those that stay
+    for (const Contact& contact : product_.contacts) {
+      if (contact.first != part && contact.second != part) continue;
+      const bool first = contact.first == part;
+      const std::size_t other = first ? contact.second : contact.first;
+      if (group_[other] != group_[part]) continue;
+      const int side = leaving.contains(other) ? 0 : 1;
+      carried[side] = carried[side] || group_[part] != 0 || carries(contact, first);
+      partner[side] = partner[side] || leaves_[other] > leaves_[part];
+    }
+    return (carried[0] && !carried[1]) || (partner[0] && !partner[1]);
+  }
+
+  /// Makes the move and returns nothing, or returns why there is none.
+  std::string try_to_make(const RemovalStep& step) {
+    Removing removing;
+    removing.moving.insert(step.parts.begin(), step.parts.end());
+    removing.held = step.parts.front();
+    for (const std::size_t i : step.parts)
+      if (around_.now[i].mass_kg > around_.now[removing.held].mass_kg) removing.held = i;
+    const std::size_t held = removing.held;
+    removing.mass_kg = mass_of(step.parts);
+    const Vec3 d = removing.direction = around_.moved[held].R * step.direction_W;
     // Out of the boxes of all that stays where it is.
     double way = 0.0, from = std::numeric_limits<double>::infinity();
     for (const std::size_t i : step.parts)
-      for (const Triangle& t : now_[i].triangles)
+      for (const Triangle& t : around_.now[i].triangles)
         for (const Vec3& p : t) from = std::min(from, p.dot(d));
-    for (std::size_t i = 0; i < now_.size(); ++i) {
-      if (moving.contains(i) || on_tray(i) != on_tray(held)) continue;
-      for (const Triangle& t : now_[i].triangles)
+    for (std::size_t i = 0; i < around_.now.size(); ++i) {
+      if (removing.moving.contains(i) || group_[i] != group_[held]) continue;
+      for (const Triangle& t : around_.now[i].triangles)
         for (const Vec3& p : t) way = std::max(way, p.dot(d) - from);
     }
-    way += 0.005;
-    const std::optional<Grasp> found = grasp(held, moving, d, way);
-    if (!found)
-      return refuse("no two opposite faces of the part are within the stroke and free for the fingers");
+    way += kClear_m;
+    removing.way_m = way;
+    GraspSearch search(around_, result_.gripper);
+    std::optional<Grasp> found = search.by_fingers(removing);
+    if (!found) {
+      const std::string why = search.reason();
+      if (d.z() < -kParallel) return why + "; a cup cannot lower it";
+      wanted_cup_m_ = std::max(wanted_cup_m_, cup_for(removing.mass_kg));
+      if (result_.gripper.cup_diameter_m > 0.0) found = search.by_cup(removing);
+      if (!found) return why + "; " + search.reason();
+    }
+    RobotMove move;
+    move.held = held, move.parts = step.parts, move.by_cup = found->by_cup;
+    move.name = std::string(to_string(step.loosening)) + " " + around_.names[held];
     move.width_m = found->width;
-    move.grasp = tool(*found);
-    const double back = (whole_.box.upper - whole_.box.lower).norm();
-    move.start = moved(move.grasp, back * found->out);
+    move.grasp = tool(*found, result_.gripper);
+    move.start = moved(move.grasp, around_.reach_m * found->out);
     move.above = at_height(move.start);
     move.out = moved(move.grasp, way * d);
-    move.lift = at_height(move.out);
-    const Mat3 turn = Eigen::Quaterniond::FromTwoVectors(found->out, Vec3::UnitZ()).toRotationMatrix();
-    BoxBuilder box;
-    for (const std::size_t i : step.parts) {
-      for (Triangle& t : now_[i].triangles)
-        for (Vec3& p : t) p = turn * p, box.add(p);
-      turns_[i] = turn * turns_[i];
-      tray_.insert(i);
-    }
-    const Vec3 shift = slot(box.box);
-    for (const std::size_t i : step.parts) {
-      BoxBuilder own;
-      for (Triangle& t : now_[i].triangles)
-        for (Vec3& p : t) p += shift, own.add(p);
-      now_[i].box = own.box;
-    }
-    move.put = {turn * move.grasp.R, turn * move.grasp.p + shift};
-    move.over = at_height(move.put);
+    if (d.z() < -kParallel) move.aside = moved(move.out, around_.reach_m * found->out);
+    move.lift = at_height(move.aside.value_or(move.out));
+    lay_down(step, *found, move);
     result_.moves.push_back(std::move(move));
-    return true;
+    return "";
   }
 
-  bool on_tray(std::size_t i) const { return tray_.contains(i); }
+  /// Onto the tray, with the grasp upwards.
+  void lay_down(const RemovalStep& step, const Grasp& grasp, RobotMove& move) {
+    Pose put{Eigen::Quaterniond::FromTwoVectors(grasp.out, Vec3::UnitZ()).toRotationMatrix(), Vec3::Zero()};
+    const auto turn = [&](const Pose& by) {
+      BoxBuilder all;
+      for (const std::size_t i : step.parts) {
+        BoxBuilder own;
+        for (Triangle& t : around_.now[i].triangles)
+          for (Vec3& p : t) p = by * p, own.add(p);
+        around_.now[i].box = own.box;
+        around_.moved[i] = by * around_.moved[i];
+        all.add(own.box.lower), all.add(own.box.upper);
+      }
+      return all.box;
+    };
+    put.p = slot(turn(put));
+    turn({Mat3::Identity(), put.p});
+    for (const std::size_t i : step.parts) group_[i] = result_.moves.size() + 1;
+    move.put = put * move.grasp;
+    move.over = at_height(move.put);
+  }
+
+  static PlacedInstance placed(const TriangleMesh& mesh) {
+    PlacedInstance result;
+    BoxBuilder box;
+    for (const auto& t : mesh.triangles) {
+      result.triangles.push_back({mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]});
+      for (const Vec3& p : result.triangles.back()) box.add(p);
+    }
+    result.box = box.box;
+    return result;
+  }
+
+  double mass_of(const std::vector<std::size_t>& parts) const {
+    double mass_kg = 0.0;
+    for (const std::size_t i : parts) mass_kg += around_.now[i].mass_kg;
+    return mass_kg;
+  }
+
+  /// In whole millimetres (m).
+  static double cup_for(double mass_kg) {
+    const double area = kGripMargin * mass_kg * kGravity_m_per_s2 / kCupPressure_Pa;
+    return std::max(kSmallestCup_m, 1e-3 * std::ceil(1e3 * std::sqrt(4.0 * area / M_PI)));
+  }
+
   Pose at_height(const Pose& pose) const {
     return {pose.R, Vec3(pose.p.x(), pose.p.y(), std::max(safe_, pose.p.z()))};
   }
 
   const Product& product_;
   const Disassembly& plan_;
-  const std::vector<PlacedInstance> original_;
-  std::vector<PlacedInstance> now_;  ///< where the triangles are at present; faces stay those of the product
-  std::vector<Mat3> turns_;          ///< by instance: how it is turned against the product
-  std::set<std::size_t> tray_;
+  Removal removal_;
+  Surroundings around_;
+  std::vector<std::size_t>
+      group_;  ///< by instance: 0 in the product, else the move that brought it onto the tray
+  std::vector<std::size_t> leaves_;  ///< by instance: place in the order of disassembly
+  std::set<std::size_t> stays_;      ///< parts that the robot could not remove
+  double wanted_cup_m_ = 0.0;
   BoxBuilder whole_;
   double floor_ = 0.0, safe_ = 0.0, gap_ = 0.0, row_x_ = 0.0, row_y_ = 0.0, row_end_ = 0.0, row_width_ = 0.0;
   Vec3 tray_from_ = Vec3::Zero(), tray_to_ = Vec3::Zero();
@@ -365,8 +318,26 @@ class Planner {
 
 }  // namespace
 
+Pose cup_mount(const GripperSize& gripper) {
+  Pose X_GH{Mat3::Identity(), Vec3(2.0 * gripper.finger_length_m, 0.0, 0.5 * gripper.finger_length_m)};
+  X_GH.R << 0, 0, 1, 0, 1, 0, -1, 0, 0;  // z along the arm, which is the x axis of the gripper
+  return X_GH;
+}
+
 RobotPlan plan_robot(const Product& product, const Disassembly& plan) {
-  return Planner(product, plan).run();
+  // The cup follows the heaviest of the parts that need it; a larger one may bring others within reach.
+  double cup_m = 0.0;
+  while (true) {
+    Planner planner(product, plan, cup_m);
+    RobotPlan result = planner.run();
+    if (planner.wanted_cup_m() <= cup_m) {
+      const bool used = std::any_of(result.moves.begin(), result.moves.end(),
+                                    [](const RobotMove& move) { return move.by_cup; });
+      if (!used) result.gripper.cup_diameter_m = 0.0;
+      return result;
+    }
+    cup_m = planner.wanted_cup_m();
+  }
 }
 
 }  // namespace takt::product

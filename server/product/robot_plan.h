@@ -1,5 +1,6 @@
 #pragma once
 // How a robot with a parallel gripper takes a product apart and puts it together again.
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,16 +17,24 @@ struct GripperSize {
   double largest_width_m = 0.0;     ///< between the open jaws
   double opening_m = 0.0;           ///< free way of each finger beside the part
   double force_N = 0.0;             ///< largest; carries each load by friction
+  double cup_diameter_m = 0.0;      ///< of a suction cup on an arm beside the fingers; 0: without
+  double cup_pressure_Pa = 0.0;     ///< difference to the surroundings
 };
+/// The lip of the cup in the frame of the gripper; its z axis points to the part. The arm is as long as the fingers and the
+/// body, so that they stay above the product when the cup points down.
+Pose cup_mount(const GripperSize& gripper);
 
 /// One removal by the robot. Poses are those of the tool centre point in the world, in the order of the motion.
 struct RobotMove {
   std::size_t held = 0;            ///< instance between the jaws
   std::vector<std::size_t> parts;  ///< instances that leave, `held` among them
   std::string name;                ///< of the step in the program
+  bool by_cup = false;             ///< the suction cup holds it, not the jaws
   double width_m = 0.0;            ///< of the part where the jaws hold it
   Pose above, start, grasp;        ///< over the product, before the part, at the part
-  Pose out, lift;                  ///< straight out of the product, then up
+  Pose out;                        ///< straight out of the product
+  std::optional<Pose> aside;       ///< then away from below it
+  Pose lift;                       ///< then up
   Pose over, put;                  ///< above the place on the tray, on it
 };
 
@@ -34,12 +43,14 @@ struct RobotPlan {
   std::vector<RobotMove> moves;
   Vec3 tray_lower = Vec3::Zero(), tray_upper = Vec3::Zero();  ///< opposite corners of the tray
   Pose home;                                                  ///< of the tool centre point
-  std::vector<std::string> notes;  ///< steps without a way or a grasp, one sentence each
+  std::vector<std::string>
+      notes;  ///< removals that the robot does not make, with the reason: one sentence each
 };
 
-/// Follows the order of disassembly up to the first step that the robot cannot make. A grasp lies on opposite faces of
-/// the part within the stroke; fingers and body of the gripper are free of all other parts on the way to it and out of
-/// the product. A part is put down with the side up at which it is gripped.
+/// Follows the order of disassembly. Fingers hold a part on opposite faces within the stroke; gripper and support are free
+/// of each other and of all other parts on the way to it and out of the product. A part without such faces is lifted by a
+/// suction cup from above. A part that finds neither stays, and the others leave where it neither is in their way nor falls.
+/// A part is put down with the side up at which it is gripped.
 RobotPlan plan_robot(const Product& product, const Disassembly& plan);
 
 /// The program in Lua: all moves, then all of them backwards.

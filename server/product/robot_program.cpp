@@ -13,6 +13,7 @@ namespace {
 constexpr double kSpeed_m_per_s = 0.5, kAcceleration_m_per_s2 = 2.0;
 constexpr double kTurn_rad_per_s = 3.0, kTurnAcceleration_rad_per_s2 = 10.0;
 constexpr double kSlow_m_per_s = 0.1;
+constexpr double kShareOfJointSpeed = 0.2, kJointSpeed_m_per_s = 4.0, kJointSpeed_rad_per_s = 15.0;
 constexpr double kJawTime_s = 0.3;
 
 std::string number(double value) {
@@ -59,6 +60,53 @@ double line_time(const Pose& from, const Pose& to, double speed) {
 
 }  // namespace
 
+namespace {
+
+constexpr const char* kHold = R"(local function ready(r, move) r.gripper:width(move.open_m) end
+
+local function hold(r, move)
+  r.gripper:close()
+  r:wait_for(function(cell) return cell.grippers.Gripper1.part == move.part end, 5)
+  r:wait(JAW_TIME_S)
+end
+
+-- The part is then held by the tray, or by the product.
+local function release(r, move)
+  r.gripper:width(move.open_m)
+  r:wait(JAW_TIME_S)
+  r:wait_for(function(cell) return cell.components[move.part].partner ~= nil
+                                   and cell.components[move.part].partner ~= "Gripper1" end, 5)
+end
+)";
+
+constexpr const char* kHoldWithCup = R"(local cup = device("Cup1")
+
+local function ready(r, move)
+  if not move.by_cup then r.gripper:width(move.open_m) end
+end
+
+local function hold(r, move)
+  if move.by_cup then
+    cup:set{vacuum = 1}
+    r:wait_for(function(cell) return cell.devices.Cup1.signals.part_present == 1 end, 5)
+  else
+    r.gripper:close()
+    r:wait_for(function(cell) return cell.grippers.Gripper1.part == move.part end, 5)
+  end
+  r:wait(JAW_TIME_S)
+end
+
+-- The part is then held by the tray, or by the product.
+local function release(r, move)
+  if move.by_cup then cup:set{vacuum = 0} else r.gripper:width(move.open_m) end
+  r:wait(JAW_TIME_S)
+  r:wait_for(function(cell) return cell.components[move.part].partner ~= nil
+                                   and cell.components[move.part].partner ~= "Gripper1" end, 5)
+end
+)";
+
+}  // namespace
+
 std::string robot_program(const Product& product, const RobotPlan& plan) {
   std::string text =
       "-- The robot takes " + product.name +
@@ -72,44 +120,36 @@ std::string robot_program(const Product& product, const RobotPlan& plan) {
       ",\n              rotation_acceleration_rad_per_s2 = " + number(kTurnAcceleration_rad_per_s2) +
       "}\nlocal SLOW = {speed_m_per_s = " + number(kSlow_m_per_s) +
       ", acceleration_m_per_s2 = " + number(kAcceleration_m_per_s2) +
-      "}\nlocal JAW_TIME_S = " + number(kJawTime_s) + "\n\nlocal MOVES = {\n";
+      "}\nlocal ACROSS = {speed = " + number(kShareOfJointSpeed) +
+      ", acceleration_rad_per_s2 = " + number(kAcceleration_m_per_s2) +
+      "}   -- of all joints: the tool turns\nlocal JAW_TIME_S = " + number(kJawTime_s) +
+      "\n\nlocal MOVES = {\n";
   for (const RobotMove& move : plan.moves) {
-    text += "  {name = \"" + move.name + "\", part = \"" + product.instances[move.held].name +
-            "\", open_m = " + number(move.width_m + 2.0 * plan.gripper.opening_m);
+    text += "  {name = \"" + move.name + "\", part = \"" + product.instances[move.held].name + "\", ";
+    text += move.by_cup ? "by_cup = true" : "open_m = " + number(move.width_m + 2.0 * plan.gripper.opening_m);
     const std::pair<const char*, const Pose*> poses[] = {
         {"above", &move.above}, {"start", &move.start}, {"grasp", &move.grasp}, {"out", &move.out},
         {"lift", &move.lift},   {"over", &move.over},   {"put", &move.put}};
+    if (move.aside) text += ",\n   aside = " + text_of(*move.aside);
     for (const auto& [key, pose] : poses) text += ",\n   " + std::string(key) + " = " + text_of(*pose);
     text += "},\n";
   }
-  text += R"(}
-
-local function close(r, part)
-  r.gripper:close()
-  r:wait_for(function(cell) return cell.grippers.Gripper1.part == part end, 5)
-  r:wait(JAW_TIME_S)
-end
-
--- The part is then held by the tray, or by the product.
-local function release(r, move)
-  r.gripper:width(move.open_m)
-  r:wait(JAW_TIME_S)
-  r:wait_for(function(cell) return cell.components[move.part].partner ~= nil
-                                   and cell.components[move.part].partner ~= "Gripper1" end, 5)
-end
-
+  text += "}\n\n";
+  text += plan.gripper.cup_diameter_m > 0.0 ? kHoldWithCup : kHold;
+  text += R"(
 routine("Robot1", function(r)
   for i = 1, #MOVES do
     local move = MOVES[i]
     r:step(move.name)
-    r.gripper:width(move.open_m)
-    r:move_line(move.above, FAST)
+    ready(r, move)
+    r:move_to(move.above, ACROSS)
     r:move_line(move.start, FAST)
     r:move_line(move.grasp, SLOW)
-    close(r, move.part)
+    hold(r, move)
     r:move_line(move.out, SLOW)
+    if move.aside then r:move_line(move.aside, FAST) end
     r:move_line(move.lift, FAST)
-    r:move_line(move.over, FAST)
+    r:move_to(move.over, ACROSS)
     r:move_line(move.put:offset(0, 0, 0.01), FAST)
     r:move_line(move.put, SLOW)
     release(r, move)
@@ -119,13 +159,14 @@ routine("Robot1", function(r)
   for i = #MOVES, 1, -1 do
     local move = MOVES[i]
     r:step("assemble " .. move.part)
-    r.gripper:width(move.open_m)
-    r:move_line(move.over, FAST)
+    ready(r, move)
+    r:move_to(move.over, ACROSS)
     r:move_line(move.put:offset(0, 0, 0.01), FAST)
     r:move_line(move.put, SLOW)
-    close(r, move.part)
+    hold(r, move)
     r:move_line(move.over, FAST)
-    r:move_line(move.lift, FAST)
+    r:move_to(move.lift, ACROSS)
+    if move.aside then r:move_line(move.aside, FAST) end
     r:move_line(move.out, FAST)
     r:move_line(move.grasp, SLOW)
     release(r, move)
@@ -173,29 +214,47 @@ std::string robot_description(const RobotPlan& plan) {
             ">\n    <parent link=\"" + parent + "\"/><child link=\"" + link + "\"/><axis xyz=\"" + axes[k] +
             "\"/>\n    <limit lower=\"" + number(k < 3 ? -reach : -12.5) + "\" upper=\"" +
             number(k < 3 ? reach : 12.5) + "\" effort=\"" + (k < 3 ? "2000" : "200") + "\" velocity=\"" +
-            (k < 3 ? "4" : "15") + "\"/>\n  </joint>\n";
+            number(k < 3 ? kJointSpeed_m_per_s : kJointSpeed_rad_per_s) + "\"/>\n  </joint>\n";
     parent = link;
   }
   const Vec3 a = angles(mount());
-  text += "  <link name=\"tool0\"/>\n  <joint name=\"tool\" type=\"fixed\">\n    <parent link=\"" + parent +
+  std::string arm;
+  if (plan.gripper.cup_diameter_m > 0.0) {
+    const Pose cup = cup_mount(plan.gripper);
+    arm = "<visual><origin xyz=\"" + number(0.5 * cup.p.x()) + " 0 " + number(cup.p.z()) +
+          "\"/><geometry><box size=\"" + number(cup.p.x()) + " " + number(0.5 * plan.gripper.cup_diameter_m) +
+          " " + number(0.5 * plan.gripper.cup_diameter_m) + "\"/></geometry></visual>";
+  }
+  text += "  <link name=\"tool0\">" + arm +
+          "</link>\n  <joint name=\"tool\" type=\"fixed\">\n    <parent link=\"" + parent +
           "\"/><child link=\"tool0\"/><origin xyz=\"0 0 0\" rpy=\"" + number(a.x()) + " " + number(a.y()) +
           " " + number(a.z()) + "\"/>\n  </joint>\n</robot>\n";
   return text;
 }
 
 double program_duration_s(const RobotPlan& plan) {
+  // All joints move; one may turn by twice the angle of the tool.
+  const auto across = [](const Pose& from, const Pose& to) {
+    const auto time = [](double way, double speed) {
+      return std::max(1.5 * way / (kShareOfJointSpeed * speed),
+                      std::sqrt(6.0 * way / kAcceleration_m_per_s2));
+    };
+    const double angle = Eigen::AngleAxisd(from.R.transpose() * to.R).angle();
+    return std::max(time((to.p - from.p).norm(), kJointSpeed_m_per_s),
+                    time(2.0 * angle, kJointSpeed_rad_per_s));
+  };
   double time = 0.0;
   const Pose* before = &plan.home;
   for (const RobotMove& m : plan.moves) {
     const double inside = line_time(m.start, m.grasp, kSlow_m_per_s) +
                           2.0 * line_time(m.grasp, m.out, kSlow_m_per_s) +
                           line_time(m.start, m.grasp, kSpeed_m_per_s);
-    const double outside =
-        line_time(m.above, m.start, kSpeed_m_per_s) + line_time(m.out, m.lift, kSpeed_m_per_s) +
-        line_time(m.lift, m.over, kSpeed_m_per_s) + 2.0 * line_time(m.over, m.put, kSpeed_m_per_s);
+    const double outside = line_time(m.above, m.start, kSpeed_m_per_s) +
+                           (m.aside ? line_time(m.out, *m.aside, kSpeed_m_per_s) : 0.0) +
+                           line_time(m.aside.value_or(m.out), m.lift, kSpeed_m_per_s) +
+                           across(m.lift, m.over) + 2.0 * line_time(m.over, m.put, kSpeed_m_per_s);
     // Two ways, with the jaws' times, the last centimetre, and the way to the next move.
-    time +=
-        inside + 2.0 * outside + 2.0 * line_time(*before, m.above, kSpeed_m_per_s) + 8.0 * kJawTime_s + 1.0;
+    time += inside + 2.0 * outside + 2.0 * across(*before, m.above) + 8.0 * kJawTime_s + 1.0;
     before = &m.over;
   }
   return std::ceil(1.1 * time + 3.0);

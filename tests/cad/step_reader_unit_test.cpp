@@ -256,5 +256,44 @@ TEST_F(StepReader, ARobotTakesTheProductOfAFileApartAndPutsItTogether) {
   EXPECT_THAT(report, HasSubstr("assemble Block"));
 }
 
+TEST_F(StepReader, ARobotTakesScrewsAndNutsOut) {
+  StepProduct made("Clamp");
+  const auto bolt =
+      BRepAlgoAPI_Fuse(cylinder(4.95, 45),
+                       BRepPrimAPI_MakeCylinder(gp_Ax2(gp_Pnt(0, 0, 45), gp_Dir(0, 0, 1)), 8, 6).Shape())
+          .Shape();
+  const TDF_Label screw = made.part("M10 bolt", bolt), nut = made.part("M10 nut", bored(16, 8, 5));
+  const TopoDS_Shape hole = BRepPrimAPI_MakeCylinder(5.1, 20).Shape();
+  const auto drilled = [&](const TopoDS_Shape& shape) {
+    TopoDS_Shape result = shape;
+    for (const double x : {-30.0, 30.0}) {
+      const TopLoc_Location there(moved_by(x, 0, 0));
+      result = BRepAlgoAPI_Cut(result, hole.Moved(there)).Shape();
+    }
+    return result;
+  };
+  const auto plate = [](double x, double y, double z) {
+    return BRepPrimAPI_MakeBox(gp_Pnt(-x / 2, -y / 2, 0), x, y, z).Shape();
+  };
+  made.use(made.root(), made.part("Plate", drilled(plate(140, 80, 20))), "Plate", moved_by(0, 0, 15));
+  made.use(made.root(), made.part("Cover", drilled(plate(100, 40, 10))), "Cover", moved_by(0, 0, 35));
+  for (const double x : {-30.0, 30.0}) {
+    made.use(made.root(), screw, "M10 bolt", moved_by(x, 0, 0));
+    made.use(made.root(), nut, "M10 nut", moved_by(x, 0, 7));
+  }
+  made.write(file());
+  const auto out = (directory_ / "out").string();
+  const auto run = [](const std::string& command) {
+    return std::system((std::string(TAKT_BIN_DIR "/") + command + " > /dev/null 2>&1").c_str());
+  };
+  ASSERT_EQ(run("takt-from-cad " + file().string() + " --robot -o " + out), 0);
+  EXPECT_EQ(run("takt-run run " + out + "/Clamp_robot.yaml --report " + out + "/report.json"), 0);
+  std::ifstream in(out + "/report.json");
+  const std::string report((std::istreambuf_iterator<char>(in)), {});
+  for (const char* step : {"unscrew M10_nut\"", "unscrew M10_nut_2\"", "lift M10_bolt\"", "lift M10_bolt_2\"",
+                           "lift Cover\"", "assemble Cover\"", "assemble M10_nut\""})
+    EXPECT_THAT(report, HasSubstr(step));
+}
+
 }  // namespace
 }  // namespace takt::cad
