@@ -79,16 +79,18 @@ await page.keyboard.press('Escape');
 await until(() => !document.querySelector('#keys').open);
 assert.deepEqual(first.problems, []);
 await page.close();
+await stop(bridge);
 await stop(running);
 
 stage('pictures');
 // All corners of what is drawn are in the picture, at each size and in both themes.
 for (const scenario of ['block_assembly', 'chainsaw_motor', 'bev_rotor', 'nut_on_bolt', 'gear_on_shaft']) {
   const cell = await start('takt-server', [`${process.env.TAKT_SOURCES}/config/scenarios/${scenario}.yaml`, '--cell', process.env.TAKT_CELL, '--paused']);
+  const {child: bridge, url} = await view();
   for (const [width, height] of SIZES)
     for (const colorScheme of ['light', 'dark']) {
       const seen = await visit(browser, url, {width, height}, colorScheme);
-      await seen.until((name) => takt.last.description?.scenario !== undefined && takt.cell.radius > 0 && takt.cell.grid, scenario);
+      await seen.until((name) => takt.last.description?.scenario === name && takt.cell.radius > 0 && takt.cell.grid, scenario);
       await seen.pixels();
       // Meshes of robots come after the first picture, and the view follows them.
       await seen.until(() => {
@@ -109,9 +111,9 @@ for (const scenario of ['block_assembly', 'chainsaw_motor', 'bev_rotor', 'nut_on
       assert.deepEqual(seen.problems, []);
       await seen.page.context().close();
     }
+  await stop(bridge);
   await stop(cell);
 }
 await browser.close();
-await stop(bridge);
 console.log('whole cells in three sizes and two themes; selection, requests and keys');
 process.exit(0);

@@ -102,7 +102,9 @@ const takes = {
     $('follow').replaceChildren(new Option('nothing', ''), ...names.map((name) => new Option(name)));
     if (names.includes(cell.options.follow)) $('follow').value = cell.options.follow;
     else cell.options.follow = '';
+    const before = generation;
     if (last.state) takes.state(last.state);
+    provisional = generation !== before;  // that state may be of the cell before
     select(chosen);
     if (!plots.plots.length) (asked.plots ?? firstPlots(description)).forEach((name) => plots.add(name));
   },
@@ -362,7 +364,7 @@ $('legend').replaceChildren(line('parts', ...Object.entries(STATES).flatMap(([st
   line('marks', ...mark(FORCE, 'force on a part', 'line'), ...mark(CONTACT, 'contact', 'line'), ...mark(HOLDS, 'holding relation', 'line')));
 
 // --- what is looked at, and what is selected ------------------------------------------------------------------------
-let chosen = null, fitted = Boolean(asked.camera), generation = null;
+let chosen = null, fitted = Boolean(asked.camera), generation = null, provisional = false;
 const inspector = new Inspector({ask, select, refusal: () => (playback ? 'A recording cannot be changed.' : observer() ? 'Observers may look, not touch.' : link.socket.readyState !== WebSocket.OPEN ? 'There is no connection to the cell.' : '')});
 const tree = new SceneTree(select);
 function observer() { return $('play').disabled; }
@@ -378,14 +380,15 @@ function select(what) {
 // The first picture of a cell has all of it, unless the address says otherwise; so has that of another scenario.
 function first() {
   const now = signals.description?.scenario;
-  if (!cell.description || (generation === now && generation !== null)) return;
-  const begin = generation === null;
+  if (!cell.description || (generation === now && generation !== null && !provisional)) return;
+  if (generation !== null && generation !== now) fitted = false;
   generation = now;
+  provisional = false;
   const box = eye.bounds();
   if (!box) return;
   const size = box.getSize(new box.min.constructor());
   cell.lay(box.getCenter(new box.min.constructor()), Math.max(0.6 * size.length(), 0.1), Math.min(box.min.z, 0));
-  if (!begin || !fitted) eye.fit('iso', null, false);
+  if (!fitted) eye.fit('iso', null, false);
 }
 cell.onSize = () => { if (!fitted && generation !== null && !eye.past.length) eye.fit('iso', null, false); };
 cell.onDraw = () => {
