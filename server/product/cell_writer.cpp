@@ -106,13 +106,15 @@ class Writer {
     result_.notes = product_.notes;
     write_bodies();
     write_support();
-    std::string name = key_of(product_.name);
-    if (robot_ != nullptr) {
-      name += "_robot";
-      write_robot(name);
-    }
+    const std::string name = key_of(product_.name);
     result_.scenario = directory_ / (name + ".yaml");
-    write(result_.scenario, [&](std::ostream& out) { scenario(out, name); });
+    write(result_.scenario, [&](std::ostream& out) { scenario(out, name, nullptr); });
+    if (robot_ != nullptr) {
+      const std::string with_robot = name + "_robot";
+      write_robot(with_robot);
+      result_.robot_scenario = directory_ / (with_robot + ".yaml");
+      write(result_.robot_scenario, [&](std::ostream& out) { scenario(out, with_robot, robot_); });
+    }
     return std::move(result_);
   }
 
@@ -164,7 +166,6 @@ class Writer {
     write_mesh(directory_ / "meshes" / "Tray.obj", "tray", box_mesh(robot_->tray_lower, robot_->tray_upper));
     write(directory_ / "gantry.urdf", [&](std::ostream& out) { out << robot_description(*robot_); });
     write(directory_ / (name + ".lua"), [&](std::ostream& out) { out << robot_program(product_, *robot_); });
-    result_.notes.insert(result_.notes.end(), robot_->notes.begin(), robot_->notes.end());
   }
 
   void robot_sections(std::ostream& out, const std::string& name) const {
@@ -201,14 +202,16 @@ class Writer {
     return "";
   }
 
-  void scenario(std::ostream& out, const std::string& name) {
+  void scenario(std::ostream& out, const std::string& name, const RobotPlan* robot) {
     out << "# " << product_.name << ", made by takt-from-cad from "
         << fs::path(product_.source).filename().string() << ".\n"
         << "# Poses, masses and meshes are those of the file; what was assumed is marked. Keys: "
            "docs/scenario_reference.md.\n";
     for (const std::string& note : result_.notes) out << "# Note: " << note << ".\n";
+    if (robot != nullptr)
+      for (const std::string& note : robot->notes) out << "# Note: " << note << ".\n";
     out << "takt_scenario: 1\nname: " << name
-        << "\nduration_s: " << (robot_ != nullptr ? number_text(program_duration_s(*robot_)) : "2") << "\n\n"
+        << "\nduration_s: " << (robot != nullptr ? number_text(program_duration_s(*robot)) : "2") << "\n\n"
         << "processes:\n  product: {level_of_detail: 1, members: all}\n";
     advice(out);
     out << "\nsolver: {method: rk2, step_s: 0.001}\n\n"
@@ -227,7 +230,7 @@ class Writer {
     out << "\ngrounds:\n  Support: {mesh: meshes/Support.obj, convex: objects}   # assumed: a plate"
         << (posts_ > 0 ? " with " + std::to_string(posts_) + " posts" : "") << " under "
         << product_.instances[plan_.base].name << "\n";
-    if (robot_ != nullptr) robot_sections(out, name);
+    if (robot != nullptr) robot_sections(out, name);
     if (!product_.contacts.empty()) {
       out << "\n# What touches what:\n";
       for (const Contact& contact : product_.contacts)
@@ -235,7 +238,7 @@ class Writer {
     }
     order(out);
     out << "\n# Where the parts are at the end: "
-        << (robot_ != nullptr ? "the robot puts each one back" : "nothing moves the product")
+        << (robot != nullptr ? "the robot puts each one back" : "nothing moves the product")
         << ".\nexpected:\n  tolerance_m: "
            "0.0005\n  parts:\n";
     for (const Instance& instance : product_.instances)
@@ -372,13 +375,8 @@ std::vector<LevelAdvice> level_advice(const Product& product) {
 }
 
 CellFiles write_cell(const Product& product, const Disassembly& plan, const Hierarchy& numbers,
-                     const fs::path& directory) {
-  return Writer(product, plan, numbers, nullptr, directory).write_all();
-}
-
-CellFiles write_robot_cell(const Product& product, const Disassembly& plan, const Hierarchy& numbers,
-                           const RobotPlan& robot, const fs::path& directory) {
-  return Writer(product, plan, numbers, &robot, directory).write_all();
+                     const fs::path& directory, const RobotPlan* robot) {
+  return Writer(product, plan, numbers, robot, directory).write_all();
 }
 
 }  // namespace takt::product

@@ -21,18 +21,15 @@ std::vector<LevelAdvice> level_advice(const Product& product);
 
 struct CellFiles {
   std::filesystem::path scenario;
-  std::vector<std::string> notes;  ///< what was assumed or left to the user, one sentence each
+  std::filesystem::path robot_scenario;  ///< empty: without a robot
+  std::vector<std::string> notes;        ///< what was assumed or left to the user, one sentence each
 };
 
 /// Writes NAME.yaml and meshes/ into the directory, which is made. The product stands as its file has it: world z is up.
-/// The support is a Ground under the base, with posts where other parts reach further down. Throws std::runtime_error for
-/// files that cannot be written.
+/// The support is a Ground under the base, with posts where other parts reach further down. With a robot: also
+/// NAME_robot.yaml, the same cell with a gantry, its gripper and a tray, in which the robot takes the product apart and
+/// puts it together again (NAME_robot.lua). Throws std::runtime_error for files that cannot be written.
 CellFiles write_cell(const Product& product, const Disassembly& plan, const Hierarchy& numbers,
-                     const std::filesystem::path& directory);
-
-/// The same cell with a gantry robot, its gripper and a tray, as NAME_robot.yaml beside it; the robot takes the product
-/// apart and puts it together again (NAME_robot.lua).
-CellFiles write_robot_cell(const Product& product, const Disassembly& plan, const Hierarchy& numbers,
-                           const RobotPlan& robot, const std::filesystem::path& directory);
+                     const std::filesystem::path& directory, const RobotPlan* robot = nullptr);
 
 }  // namespace takt::product

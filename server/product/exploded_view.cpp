@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
 #include <numeric>
 #include <set>
 
@@ -13,21 +12,6 @@ namespace takt::product {
 namespace {
 
 constexpr double kGap = 0.03;  ///< between parts, as a share of the product's diagonal
-
-struct Interval {
-  double from = std::numeric_limits<double>::infinity(), to = -from;
-  bool meets(const Interval& other, double within) const {
-    return from < other.to + within && other.from < to + within;
-  }
-};
-
-Interval along(const PlacedInstance& instance, const Vec3& axis) {
-  Interval interval;
-  for (const Triangle& t : instance.triangles)
-    for (const Vec3& p : t)
-      interval.from = std::min(interval.from, p.dot(axis)), interval.to = std::max(interval.to, p.dot(axis));
-  return interval;
-}
 
 }  // namespace
 
@@ -56,7 +40,7 @@ Explosion explode(const Product& product, const Disassembly& plan) {
     const RemovalStep& step = plan.steps[k];
     const Vec3 x = step.direction_W.unitOrthogonal(), y = step.direction_W.cross(x);
     const auto extents = [&](std::size_t i) {
-      std::array<Interval, 3> result;
+      std::array<Extent, 3> result;
       const std::array<Vec3, 3> axes{x, y, step.direction_W};
       for (std::size_t axis = 0; axis < 3; ++axis) {
         result[axis] = along(placed[i], axes[axis]);

@@ -1,5 +1,7 @@
 #include "server/product/geometry.h"
 
+#include <algorithm>
+
 namespace takt::product {
 
 std::vector<PlacedInstance> place(const Product& product) {
@@ -38,6 +40,23 @@ std::vector<PlacedInstance> place(const Product& product) {
     placed.push_back(std::move(result));
   }
   return placed;
+}
+
+Extent along(const PlacedInstance& instance, const Vec3& axis) {
+  Extent extent;
+  for (const Triangle& t : instance.triangles)
+    for (const Vec3& p : t)
+      extent.from = std::min(extent.from, p.dot(axis)), extent.to = std::max(extent.to, p.dot(axis));
+  return extent;
+}
+
+bool covers(const Triangle& t, double x, double y, double up) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vec3 &p = t[k], &q = t[(k + 1) % 3];
+    const double side = (q.x() - p.x()) * (y - p.y()) - (q.y() - p.y()) * (x - p.x());
+    if (!(up * side >= 0.0)) return false;
+  }
+  return true;
 }
 
 }  // namespace takt::product

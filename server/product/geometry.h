@@ -1,6 +1,7 @@
 #pragma once
 // Instances of a product in the world: triangles by face, boxes.
 #include <array>
+#include <limits>
 #include <vector>
 
 #include "server/geometry/aabb.h"
@@ -41,6 +42,19 @@ struct BoxBuilder {
     any = true;
   }
 };
+
+struct Extent {
+  double from = std::numeric_limits<double>::infinity(), to = -from;
+  bool meets(const Extent& other, double within) const {
+    return from < other.to + within && other.from < to + within;
+  }
+};
+
+/// Coordinates of the instance along an axis of the world.
+Extent along(const PlacedInstance& instance, const Vec3& axis);
+
+/// True if the triangle has this place inside or on its border, seen along z; `up`: the sign of its normal's z.
+bool covers(const Triangle& t, double x, double y, double up);
 
 inline bool near(const Aabb& a, const Aabb& b, double gap_m) {
   return ((a.lower - b.upper).array() <= gap_m).all() && ((b.lower - a.upper).array() <= gap_m).all();

@@ -1,7 +1,6 @@
 #include "server/product/grasps.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
@@ -39,28 +38,6 @@ double area(const Polygon& polygon) {
 
 std::string millimetres(double length_m) {
   return number_text(length_m * 1e3, 3) + " mm";
-}
-
-struct Extent {
-  double from = std::numeric_limits<double>::infinity(), to = -from;
-};
-
-Extent along(const PlacedInstance& instance, const Vec3& axis) {
-  Extent extent;
-  for (const Triangle& t : instance.triangles)
-    for (const Vec3& p : t)
-      extent.from = std::min(extent.from, p.dot(axis)), extent.to = std::max(extent.to, p.dot(axis));
-  return extent;
-}
-
-/// Seen along z.
-bool covers(const Triangle& t, double x, double y) {
-  std::array<double, 3> side{};
-  for (std::size_t k = 0; k < 3; ++k) {
-    const Vec3 &p = t[k], &q = t[(k + 1) % 3];
-    side[k] = (q.x() - p.x()) * (y - p.y()) - (q.y() - p.y()) * (x - p.x());
-  }
-  return std::all_of(side.begin(), side.end(), [](double s) { return s >= 0.0; });
 }
 
 }  // namespace
@@ -275,7 +252,7 @@ std::optional<Grasp> GraspSearch::by_cup(const Removing& removing) {
       for (int k = 0; k <= 2 * kRim; ++k) {
         const double r = k == 0 ? 0.0 : k % 2 == 0 ? radius : 0.5 * radius, angle = M_PI * k / kRim;
         if (std::none_of(triangles.begin(), triangles.end(), [&](const Triangle& t) {
-              return covers(t, x + r * std::cos(angle), y + r * std::sin(angle));
+              return covers(t, x + r * std::cos(angle), y + r * std::sin(angle), 1.0);
             }))
           return false;
       }

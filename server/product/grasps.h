@@ -13,8 +13,9 @@ namespace takt::product {
 /// How a part is held; in the world.
 struct Grasp {
   bool by_cup = false;
-  Vec3 out, jaws,
-      tip;  ///< from the part towards the tool; axis of the jaws; tool centre point, or lip of the cup
+  Vec3 out;   ///< from the part towards the tool
+  Vec3 jaws;  ///< axis of the jaws
+  Vec3 tip;   ///< tool centre point, or lip of the cup
   double width = 0.0, score = 0.0;
 };
 

@@ -16,8 +16,8 @@ namespace {
 
 constexpr double kLeastForce_N = 100.0;
 constexpr double kJawFriction = 0.15;  ///< assumed: dry steel on steel
-constexpr double kGripMargin =
-    3.0;  ///< force of the jaws over what the weight needs: acceleration and levers
+/// Force of the jaws over what the weight needs: for acceleration and levers.
+constexpr double kGripMargin = 3.0;
 constexpr double kGravity_m_per_s2 = 9.81;
 constexpr double kCupPressure_Pa = 6e4;  ///< of an ejector
 constexpr double kSmallestCup_m = 0.004;
@@ -157,7 +157,7 @@ class Planner {
     }
   }
 
-  /// Makes the removal and returns nothing, or returns why it cannot be made.
+  /// Makes the removal unless what stays hinders it. Returns the reason if it is not possible, else an empty text.
   std::string make(const RemovalStep& step) {
     std::string why = obstacle_of_order(step);
     if (why.empty()) why = try_to_make(step);
@@ -206,7 +206,7 @@ class Planner {
     return (carried[0] && !carried[1]) || (partner[0] && !partner[1]);
   }
 
-  /// Makes the move and returns nothing, or returns why there is none.
+  /// Makes the move. Returns the reason if it is not possible, else an empty text.
   std::string try_to_make(const RemovalStep& step) {
     Removing removing;
     removing.moving.insert(step.parts.begin(), step.parts.end());
@@ -218,14 +218,10 @@ class Planner {
     const Vec3 d = removing.direction = around_.moved[held].R * step.direction_W;
     // Out of the boxes of all that stays where it is.
     double way = 0.0, from = std::numeric_limits<double>::infinity();
-    for (const std::size_t i : step.parts)
-      for (const Triangle& t : around_.now[i].triangles)
-        for (const Vec3& p : t) from = std::min(from, p.dot(d));
-    for (std::size_t i = 0; i < around_.now.size(); ++i) {
-      if (removing.moving.contains(i) || group_[i] != group_[held]) continue;
-      for (const Triangle& t : around_.now[i].triangles)
-        for (const Vec3& p : t) way = std::max(way, p.dot(d) - from);
-    }
+    for (const std::size_t i : step.parts) from = std::min(from, along(around_.now[i], d).from);
+    for (std::size_t i = 0; i < around_.now.size(); ++i)
+      if (!removing.moving.contains(i) && group_[i] == group_[held])
+        way = std::max(way, along(around_.now[i], d).to - from);
     way += kClear_m;
     removing.way_m = way;
     GraspSearch search(around_, result_.gripper);

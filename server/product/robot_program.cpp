@@ -48,19 +48,25 @@ std::string_view type(JointType joint) {
   return kEnumeration<JointType>.find(static_cast<std::int64_t>(joint))->name;
 }
 
+/// Of a motion from rest to rest (s).
+double motion_time(double way, double speed, double acceleration) {
+  return std::max(1.5 * way / speed, std::sqrt(6.0 * way / acceleration));
+}
+
 double line_time(const Pose& from, const Pose& to, double speed) {
-  const auto time = [](double way, double v, double a) {
-    return std::max(1.5 * way / v, std::sqrt(6.0 * way / a));
-  };
   const double angle = Eigen::AngleAxisd(from.R.transpose() * to.R).angle();
-  return std::max(time((to.p - from.p).norm(), speed, kAcceleration_m_per_s2),
-                  time(angle, kTurn_rad_per_s, kTurnAcceleration_rad_per_s2)) +
+  return std::max(motion_time((to.p - from.p).norm(), speed, kAcceleration_m_per_s2),
+                  motion_time(angle, kTurn_rad_per_s, kTurnAcceleration_rad_per_s2)) +
          0.016;
 }
 
-}  // namespace
-
-namespace {
+/// All joints move; one may turn by twice the angle of the tool.
+double across_time(const Pose& from, const Pose& to) {
+  const double angle = Eigen::AngleAxisd(from.R.transpose() * to.R).angle();
+  return std::max(
+      motion_time((to.p - from.p).norm(), kShareOfJointSpeed * kJointSpeed_m_per_s, kAcceleration_m_per_s2),
+      motion_time(2.0 * angle, kShareOfJointSpeed * kJointSpeed_rad_per_s, kAcceleration_m_per_s2));
+}
 
 constexpr const char* kHold = R"(local function ready(r, move) r.gripper:width(move.open_m) end
 
@@ -73,10 +79,6 @@ end
 -- The part is then held by the tray, or by the product.
 local function release(r, move)
   r.gripper:width(move.open_m)
-  r:wait(JAW_TIME_S)
-  r:wait_for(function(cell) return cell.components[move.part].partner ~= nil
-                                   and cell.components[move.part].partner ~= "Gripper1" end, 5)
-end
 )";
 
 constexpr const char* kHoldWithCup = R"(local cup = device("Cup1")
@@ -99,7 +101,9 @@ end
 -- The part is then held by the tray, or by the product.
 local function release(r, move)
   if move.by_cup then cup:set{vacuum = 0} else r.gripper:width(move.open_m) end
-  r:wait(JAW_TIME_S)
+)";
+
+constexpr const char* kEndOfRelease = R"(  r:wait(JAW_TIME_S)
   r:wait_for(function(cell) return cell.components[move.part].partner ~= nil
                                    and cell.components[move.part].partner ~= "Gripper1" end, 5)
 end
@@ -136,6 +140,7 @@ std::string robot_program(const Product& product, const RobotPlan& plan) {
   }
   text += "}\n\n";
   text += plan.gripper.cup_diameter_m > 0.0 ? kHoldWithCup : kHold;
+  text += kEndOfRelease;
   text += R"(
 routine("Robot1", function(r)
   for i = 1, #MOVES do
@@ -233,16 +238,6 @@ std::string robot_description(const RobotPlan& plan) {
 }
 
 double program_duration_s(const RobotPlan& plan) {
-  // All joints move; one may turn by twice the angle of the tool.
-  const auto across = [](const Pose& from, const Pose& to) {
-    const auto time = [](double way, double speed) {
-      return std::max(1.5 * way / (kShareOfJointSpeed * speed),
-                      std::sqrt(6.0 * way / kAcceleration_m_per_s2));
-    };
-    const double angle = Eigen::AngleAxisd(from.R.transpose() * to.R).angle();
-    return std::max(time((to.p - from.p).norm(), kJointSpeed_m_per_s),
-                    time(2.0 * angle, kJointSpeed_rad_per_s));
-  };
   double time = 0.0;
   const Pose* before = &plan.home;
   for (const RobotMove& m : plan.moves) {
@@ -252,9 +247,9 @@ double program_duration_s(const RobotPlan& plan) {
     const double outside = line_time(m.above, m.start, kSpeed_m_per_s) +
                            (m.aside ? line_time(m.out, *m.aside, kSpeed_m_per_s) : 0.0) +
                            line_time(m.aside.value_or(m.out), m.lift, kSpeed_m_per_s) +
-                           across(m.lift, m.over) + 2.0 * line_time(m.over, m.put, kSpeed_m_per_s);
+                           across_time(m.lift, m.over) + 2.0 * line_time(m.over, m.put, kSpeed_m_per_s);
     // Two ways, with the jaws' times, the last centimetre, and the way to the next move.
-    time += inside + 2.0 * outside + 2.0 * across(*before, m.above) + 8.0 * kJawTime_s + 1.0;
+    time += inside + 2.0 * outside + 2.0 * across_time(*before, m.above) + 8.0 * kJawTime_s + 1.0;
     before = &m.over;
   }
   return std::ceil(1.1 * time + 3.0);

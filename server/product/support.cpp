@@ -49,13 +49,7 @@ Support support_of(const std::vector<PlacedInstance>& placed, const Disassembly&
         if (n.z() > -0.999 * n.norm()) continue;
         const bool flat = std::abs(t[0].z() - from.z()) < kSame_m;
         const Vec3 middle = 0.5 * (lower + upper);
-        // Inside the triangle seen from above.
-        bool inside = flat;
-        for (std::size_t k = 0; inside && k < 3; ++k) {
-          const Vec3 e = t[(k + 1) % 3] - t[k], r = middle - t[k];
-          inside = e.x() * r.y() - e.y() * r.x() <= 0.0;
-        }
-        touches = touches || inside;
+        touches = touches || (flat && covers(t, middle.x(), middle.y(), -1.0));
       }
       for (std::size_t other = 0; touches && free && other < placed.size(); ++other) {
         if (other == plan.base || placed[other].box.lower.z() > from.z()) continue;

@@ -27,9 +27,8 @@ constexpr double kTolerance_m = 1e-4;
 /// Writes the cell and runs it: each part of a move is on the tray at one time, and all are in their places at the end.
 void expect_round_trip(const Product& product, const Disassembly& plan, const RobotPlan& robot) {
   test::TemporaryDirectory directory;
-  const CellFiles files =
-      write_robot_cell(product, plan, hierarchy(product, plan), robot, directory / "cell");
-  const Scenario scenario = read_scenario(files.scenario);
+  const CellFiles files = write_cell(product, plan, hierarchy(product, plan), directory / "cell", &robot);
+  const Scenario scenario = read_scenario(files.robot_scenario);
   const auto cell = build_cell(scenario);
   for (const ImportNote& note : cell->import_notes)
     EXPECT_THAT(note.sentence, testing::Not(HasSubstr("collision check"))) << "shapes are exact";

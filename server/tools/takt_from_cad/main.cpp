@@ -177,22 +177,19 @@ int run(const Arguments& a) {
   product.contacts = product::find_contacts(product);
   const product::Disassembly plan = product::take_apart(product);
   const product::Hierarchy hierarchy = product::hierarchy(product, plan);
-  const product::CellFiles files = product::write_cell(product, plan, hierarchy, a.directory);
+  product::RobotPlan robot;
+  if (a.robot) robot = product::plan_robot(product, plan);
+  for (const std::string& note : robot.notes) std::cerr << "takt-from-cad: note: " << note << '\n';
+  const product::CellFiles files =
+      product::write_cell(product, plan, hierarchy, a.directory, robot.moves.empty() ? nullptr : &robot);
   const auto exploded = std::filesystem::path(a.directory) / "exploded.png";
   draw_exploded(product, product::explode(product, plan), exploded);
-  product::CellFiles robot_files;
-  if (a.robot) {
-    const product::RobotPlan robot = product::plan_robot(product, plan);
-    for (const std::string& note : robot.notes) std::cerr << "takt-from-cad: note: " << note << '\n';
-    if (!robot.moves.empty())
-      robot_files = product::write_robot_cell(product, plan, hierarchy, robot, a.directory);
-  }
   for (const std::string& note : files.notes) std::cerr << "takt-from-cad: note: " << note << '\n';
   if (a.json) {
     nlohmann::json result = description(product, &plan, &hierarchy);
     result["scenario"] = files.scenario.string();
     result["exploded_view"] = exploded.string();
-    if (!robot_files.scenario.empty()) result["robot_scenario"] = robot_files.scenario.string();
+    if (!files.robot_scenario.empty()) result["robot_scenario"] = files.robot_scenario.string();
     std::cout << result.dump(2) << '\n';
     return 0;
   }
@@ -214,9 +211,9 @@ int run(const Arguments& a) {
   }
   std::printf("\n%s\nExploded view: %s\nRun it: takt-run run %s\n", files.scenario.c_str(), exploded.c_str(),
               files.scenario.c_str());
-  if (!robot_files.scenario.empty())
+  if (!files.robot_scenario.empty())
     std::printf("A robot takes it apart and puts it together: takt-run run %s\n",
-                robot_files.scenario.c_str());
+                files.robot_scenario.c_str());
   return 0;
 }
 

@@ -33,16 +33,17 @@ int verify(const VerifyArguments& a) {
   options.digest = &sha256_of;
   if (!a.quiet && !a.json) options.progress = [](const std::string& run) { std::cerr << run << '\n'; };
   const Verification done = verify(plan, options);
+  const nlohmann::ordered_json report = verification_json(done);
+  const auto write_json = [&](std::ostream& out) { out << report.dump(2) << '\n'; };
   if (!a.directory.empty()) {
     const std::filesystem::path directory(a.directory);
     std::filesystem::create_directories(directory);
-    write_file(directory / "verification.json",
-               [&](std::ostream& out) { out << verification_json(done).dump(2) << '\n'; });
+    write_file(directory / "verification.json", write_json);
     write_file(directory / "verification.html",
-               [&](std::ostream& out) { write_verification_page(out, verification_json(done)); });
+               [&](std::ostream& out) { write_verification_page(out, report); });
   }
   if (a.json)
-    std::cout << verification_json(done).dump(2) << '\n';
+    write_json(std::cout);
   else if (!a.quiet)
     print_verification(std::cout, done);
   return done.good() ? kDone : kFailed;

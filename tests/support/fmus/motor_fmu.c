@@ -141,12 +141,7 @@ fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind k, fmi2Real* 
 fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind k, fmi2Integer* x) { (void)c, (void)k, (void)x; return fmi2Discard; }
 fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind k, fmi2Boolean* x) { (void)c, (void)k; *x = fmi2False; return fmi2OK; }
 fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind k, fmi2String* x) { (void)c, (void)k, (void)x; return fmi2Discard; }
-fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate* to) { if (*to == NULL) *to = malloc(sizeof(Instance)); memcpy(*to, c, sizeof(Instance)); return fmi2OK; }
-fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate from) { memcpy(c, from, sizeof(Instance)); return fmi2OK; }
-fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate* state) { (void)c; free(*state); *state = NULL; return fmi2OK; }
-fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t* n) { (void)c, (void)state; *n = sizeof(Instance); return fmi2OK; }
-fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte to[], size_t n) { (void)c; memcpy(to, state, n); return fmi2OK; }
-fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte from[], size_t n, fmi2FMUstate* state) { (void)c; if (n != sizeof(Instance)) return fmi2Error; *state = malloc(n); memcpy(*state, from, n); return fmi2OK; }
+#include "fmi2_instance_state.h"
 #else
 const char* fmi3GetVersion(void) { return "3.0"; }
 fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible, fmi3Boolean logging, fmi3Boolean event_mode, fmi3Boolean early, const fmi3ValueReference required[], size_t n, fmi3InstanceEnvironment e, fmi3LogMessageCallback log, fmi3IntermediateUpdateCallback update) {

@@ -70,9 +70,4 @@ fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind k, fmi2Real* 
 fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind k, fmi2Integer* x) { (void)c, (void)k, (void)x; return fmi2Discard; }
 fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind k, fmi2Boolean* x) { (void)c, (void)k, (void)x; return fmi2Discard; }
 fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind k, fmi2String* x) { (void)c, (void)k, (void)x; return fmi2Discard; }
-fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate* to) { if (*to == NULL) *to = malloc(sizeof(Instance)); memcpy(*to, c, sizeof(Instance)); return fmi2OK; }
-fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate from) { memcpy(c, from, sizeof(Instance)); return fmi2OK; }
-fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate* state) { (void)c; free(*state); *state = NULL; return fmi2OK; }
-fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t* n) { (void)c, (void)state; *n = sizeof(Instance); return fmi2OK; }
-fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte to[], size_t n) { (void)c; memcpy(to, state, n); return fmi2OK; }
-fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte from[], size_t n, fmi2FMUstate* state) { (void)c; if (n != sizeof(Instance)) return fmi2Error; *state = malloc(n); memcpy(*state, from, n); return fmi2OK; }
+#include "fmi2_instance_state.h"
