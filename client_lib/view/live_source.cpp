@@ -24,7 +24,8 @@ std::uint64_t wall_ns() {
 
 }  // namespace
 
-LiveSource::LiveSource(const ClientOptions& options, Stream& stream) : options_(options), stream_(stream) {
+LiveSource::LiveSource(const ClientOptions& options, Stream& stream)
+    : options_(options), stream_(stream), pendant_(options) {
   stream_.on_wanted(this, [this](const Channel& channel, bool wanted) {
     const std::lock_guard lock(mutex_);
     want(channel.topic, wanted);
@@ -123,6 +124,7 @@ void LiveSource::reach() {
 
 Answer LiveSource::request(const std::string& name, const Arguments& arguments) {
   try {
+    if (Pendant::has(name)) return pendant_.request(name, arguments);
     reach();
     Reply reply = client_->request(name, arguments);
     return {ControlResult::ok, std::move(reply.message), std::move(reply.values)};

@@ -11,6 +11,7 @@
 
 #include "client_lib/client.h"
 #include "client_lib/raw_topics.h"
+#include "client_lib/view/pendant.h"
 #include "client_lib/view/stream.h"
 
 namespace takt::view {
@@ -23,7 +24,7 @@ class LiveSource {
   LiveSource(const LiveSource&) = delete;
   LiveSource& operator=(const LiveSource&) = delete;
 
-  /// A request of the control vocabulary, sent to the cell.
+  /// A request of the control vocabulary, sent to the cell; or one of the pendant.
   Answer request(const std::string& name, const Arguments& arguments);
 
  private:
@@ -48,6 +49,7 @@ class LiveSource {
   std::map<std::string, Wanted> wanted_;
   std::set<std::string> to_follow_;  ///< of these topics, wanted_ has changed
   std::unique_ptr<Client> client_;   ///< made when the first request comes
+  Pendant pendant_;
   std::unique_ptr<client::RawTopics> topics_;
   std::thread thread_;
 };

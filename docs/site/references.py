@@ -33,7 +33,7 @@ def topics(idl_folder):
     sys.dont_write_bytecode = True
     sys.path.insert(0, str(idl_folder / "generator"))
     idl = importlib.import_module("idl")
-    reader = idl.read([str(idl_folder / name) for name in ("takt_player.idl", "takt_events.idl", "ros2_msgs.idl")])
+    reader = idl.read([str(idl_folder / name) for name in ("takt_player.idl", "takt_pendant.idl", "takt_events.idl", "ros2_msgs.idl")])
     structs = list(reader.structs.values())
     lines = ["# Topics and messages", "", "Generated from `idl/`. `{cell}`, `{robot}`, `{gripper}` and `{device}` stand "
              "for names. Units are SI and radians.", "", "| topic | message | sent by | delivery |", "|---|---|---|---|"]

@@ -47,7 +47,8 @@ def main(arguments):
     write(output / "takt_topics.h", cpp.topics_header(reader))
     write(output / "takt_actions.h", cpp.actions_header(reader))
     write(output / "takt_request_table.h", requests.table_header(reader))
-    write(output / "takt_player_table.h", requests.player_table_header(reader))
+    for receiver in requests.BESIDE:
+        write(output / f"takt_{receiver}_table.h", requests.table_header_beside(reader, receiver))
     write(output / "takt_event_table.h", events.table_header(reader))
     for name, text in (("requests.py", python_api.module), ("enumerations.py", python_api.enumerations),
                        ("messages.pyi", python_api.messages), ("topics.py", python_api.topics), ("messages.js", page_script.script)):

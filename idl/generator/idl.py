@@ -367,7 +367,7 @@ def find_gaps(reader):
     for file in reader.files.values():
         for struct in file.structs:
             if struct.scope not in (("takt_msgs", "msg"), ("takt", "requests"), ("takt", "events"),
-                                    ("takt", "player"), ("takt_player", "msg")) or struct.has("quantity"):
+                                    ("takt", "player"), ("takt", "pendant"), ("takt_player", "msg")) or struct.has("quantity"):
                 continue
             for one in struct.fields:
                 where = f"{file.path}:{one.line}: {struct.name}.{one.name}"

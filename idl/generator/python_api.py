@@ -198,9 +198,10 @@ def closure(reader):
     return list(found.values())
 
 
-def used_enumerations(reader):
-    """Of the messages that a client sees, of requests, and of commands."""
-    structs = closure(reader) + [s for one in requests.of(reader) for s in (one.struct, one.response)]
+def used_enumerations(reader, receivers=("server",)):
+    """Of the messages that a client sees, of requests to these receivers, and of commands."""
+    structs = closure(reader) + [s for receiver in receivers for one in requests.of(reader, receiver)
+                                 for s in (one.struct, one.response)]
     structs += [s for one in requests.of(reader) for s in requests.nested(one.response, reader)]
     structs.append(reader.structs["takt_msgs/msg/GripperCommand"])
     names = {f.annotation("enumeration") for s in structs for f in s.fields if f.has("enumeration")}

@@ -72,12 +72,16 @@ def table_rows(every):
     return text
 
 
-def player_table_header(reader):
-    """takt_player_table.h"""
-    every = of(reader, "player")
+# What is requested of another than a server, and which program answers.
+BESIDE = {"player": "by `takt view FILE`, not by a server", "pendant": "by `takt view` of a running cell"}
+
+
+def table_header_beside(reader, receiver):
+    """takt_player_table.h, takt_pendant_table.h"""
+    every = of(reader, receiver)
     text = "#pragma once\n// Generated from @request in idl/*.idl.\n"
-    text += '#include "idl/vocabulary/request.h"\n#include "takt_player.h"\n\n'
-    text += "// Of macros that want all requests of a player.\n#define TAKT_FOR_EACH_PLAYER_REQUEST(Macro)"
+    text += f'#include "idl/vocabulary/request.h"\n#include "takt_{receiver}.h"\n\n'
+    text += f"// Of macros that want all requests of a {receiver}.\n#define TAKT_FOR_EACH_{receiver.upper()}_REQUEST(Macro)"
     text += "".join(f" \\\n  Macro({one.struct.name})" for one in every)
     return text + "\n\nnamespace takt {\n\n" + table_rows(every) + "}  // namespace takt\n"
 
@@ -157,10 +161,10 @@ def page(reader):
     for one in every:
         service = f"`simulation_interfaces/srv/{one.service}`" if one.service else ""
         text += f"| [`{one.name}`](#{one.name}) | {one.struct.doc.split('. ')[0].rstrip('.')} | {PHASES[one.phase]} | {service} |\n"
-    player = of(reader, "player")
-    for one in player:
-        text += f"| [`{one.name}`](#{one.name}) | {one.struct.doc.split('. ')[0].rstrip('.')} | by `takt view FILE`, not by a server | |\n"
-    for one in every + player:
+    beside = [one for receiver in BESIDE for one in of(reader, receiver)]
+    for one in beside:
+        text += f"| [`{one.name}`](#{one.name}) | {one.struct.doc.split('. ')[0].rstrip('.')} | {BESIDE[one.of]} | |\n"
+    for one in every + beside:
         text += f"\n## {one.name}\n\n{one.struct.doc}\n\n"
         if one.struct.fields:
             text += rows(one.struct.fields, reader, True) + "\n"

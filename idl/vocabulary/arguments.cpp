@@ -9,6 +9,7 @@
 
 #include "idl/common/near_miss.h"
 #include "idl/common/text.h"
+#include "takt_pendant_table.h"
 #include "takt_player_table.h"
 
 namespace takt {
@@ -368,8 +369,12 @@ std::optional<ArgumentFault> read_arguments(std::string_view name, const Argumen
   TAKT_INSTANTIATE(requests::Name) TAKT_INSTANTIATE(requests::Name##Response)
 #define TAKT_INSTANTIATE_OF_PLAYER(Name) \
   TAKT_INSTANTIATE(player::Name) TAKT_INSTANTIATE(player::Name##Response)
+#define TAKT_INSTANTIATE_OF_PENDANT(Name) \
+  TAKT_INSTANTIATE(pendant::Name) TAKT_INSTANTIATE(pendant::Name##Response)
 TAKT_FOR_EACH_REQUEST(TAKT_INSTANTIATE_OF_SERVER)
 TAKT_FOR_EACH_PLAYER_REQUEST(TAKT_INSTANTIATE_OF_PLAYER)
+TAKT_FOR_EACH_PENDANT_REQUEST(TAKT_INSTANTIATE_OF_PENDANT)
+#undef TAKT_INSTANTIATE_OF_PENDANT
 #undef TAKT_INSTANTIATE_OF_PLAYER
 #undef TAKT_INSTANTIATE_OF_SERVER
 #undef TAKT_INSTANTIATE

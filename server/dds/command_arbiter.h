@@ -52,6 +52,9 @@ class CommandArbiter {
     if (exclusive_heard_ == id) exclusive_heard_ = 0;
   }
 
+  /// The sender whose commands are heard; 0 while none has sent any.
+  std::uint64_t owner() const { return exclusive_heard_ != 0 ? exclusive_heard_ : shared_owner_; }
+
   /// Whether this sender owns the target.
   bool owns(std::uint64_t id) const {
     return find(id) != nullptr && (exclusive_heard_ == id || shared_owner_ == id);

@@ -95,6 +95,12 @@ std::optional<CommandArbiter::Verdict> CommandOwnership::on_command(int target, 
   return arbiters_[static_cast<std::size_t>(target)].offered(senders_.id(guid), received_ns);
 }
 
+std::vector<std::uint64_t> CommandOwnership::owners() const {
+  std::vector<std::uint64_t> owners(arbiters_.size());
+  std::ranges::transform(arbiters_, owners.begin(), &CommandArbiter::owner);
+  return owners;
+}
+
 std::span<CommandArbiter> CommandOwnership::arbiters_of(const CommandWriter& writer) {
   if (writer.command.kind == CommandKind::several) return arbiters_;
   if (writer.command.target < 0) return {};

@@ -52,6 +52,9 @@ class CommandOwnership {
                                                     std::int64_t received_ns,
                                                     std::optional<std::uint64_t>& loser);
 
+  /// The owner of each target: the number of a sender, or 0.
+  std::vector<std::uint64_t> owners() const;
+
   struct Revoked {
     int target = -1;
     DdsGuid owner;

@@ -278,6 +278,19 @@ void CommandSubscriber::deliver(int target, bool exclusive, const Command& comma
     events_.post(events::OwnedByAnother{name_of(target), senders_.text(verdict->owner)}, text_of(guid));
 }
 
+std::vector<takt_msgs::msg::TargetOwner> CommandSubscriber::owners() {
+  constexpr std::size_t kLongestName = 128;
+  std::vector<takt_msgs::msg::TargetOwner> owners;
+  const std::lock_guard lock(mutex_);
+  if (loop_ == nullptr) return owners;
+  const std::vector<std::uint64_t> of_targets = ownership_.owners();
+  for (std::size_t target = 0; target < of_targets.size(); ++target)
+    if (of_targets[target] != 0)
+      owners.push_back({name_of(static_cast<int>(target)),
+                        utf8_sanitize(senders_.name(of_targets[target]), kLongestName)});
+  return owners;
+}
+
 void CommandSubscriber::reject(const Rejection& rejection, const DdsGuid& guid) {
   rejected_.fetch_add(1, std::memory_order_relaxed);
   events_.post(events::CommandRejected{rejection.subject, rejection.code, rejection.message}, text_of(guid));

@@ -45,6 +45,9 @@ class CommandSubscriber {
   /// sender gets them.
   void expire_liveliness_leases();
 
+  /// The owners of the targets that have one, in the order of the targets; none while closed.
+  std::vector<takt_msgs::msg::TargetOwner> owners();
+
   std::uint64_t rejected() const { return rejected_.load(std::memory_order_relaxed); }
 
  private:

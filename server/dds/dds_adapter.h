@@ -46,6 +46,9 @@ class DdsAdapter final : public DiscoveryListener, public CellLifecycleListener 
 
  private:
   void on_writer(const DiscoveredWriter& writer) override;
+  void on_participant(const DdsGuid& participant, const std::string& name) override {
+    senders_.name(participant, name);
+  }
   /// The loop receives its input while it waits; nullptr: none does any more.
   void receive_in(RunLoop* loop);
   bool is_own(const DdsGuid& writer);

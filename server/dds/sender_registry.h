@@ -1,5 +1,6 @@
 #pragma once
-// Numbers for the senders of commands, so that the step loop can carry a sender along without text.
+// Numbers for the senders of commands, so that the step loop can carry a sender along without text; and the names of the
+// participants to which they belong.
 #include <cstdint>
 #include <map>
 #include <mutex>
@@ -15,8 +16,27 @@ class SenderRegistry {
   std::uint64_t id(const DdsGuid& guid) {
     const std::lock_guard lock(mutex_);
     const auto [place, is_new] = ids_.try_emplace(guid, ids_.size() + 1);
-    if (is_new) texts_[place->second] = text_of(guid);
+    if (is_new) {
+      texts_[place->second] = text_of(guid);
+      guids_[place->second] = guid;
+    }
     return place->second;
+  }
+  /// The name of a participant that was discovered; an empty one once it is gone.
+  void name(const DdsGuid& participant, const std::string& name) {
+    const std::lock_guard lock(mutex_);
+    if (name.empty())
+      names_.erase(participant.guidPrefix);
+    else
+      names_[participant.guidPrefix] = name;
+  }
+  /// The name of the sender's participant, or the sender's identity where it has none.
+  std::string name(std::uint64_t id) const {
+    const std::lock_guard lock(mutex_);
+    const auto sender = guids_.find(id);
+    if (sender == guids_.end()) return {};
+    const auto name = names_.find(sender->second.guidPrefix);
+    return name == names_.end() ? texts_.at(id) : name->second;
   }
   /// Empty for 0 and for a number without a sender.
   std::string text(std::uint64_t id) const {
@@ -29,6 +49,8 @@ class SenderRegistry {
   mutable std::mutex mutex_;
   std::map<DdsGuid, std::uint64_t> ids_;
   std::map<std::uint64_t, std::string> texts_;
+  std::map<std::uint64_t, DdsGuid> guids_;
+  std::map<rtps::GuidPrefix_t, std::string> names_;  ///< of the participants that are there
 };
 
 }  // namespace takt

@@ -157,6 +157,7 @@ void StatePublisher::write_news(bool with_status) {
 void StatePublisher::write_status(const LoopStatus& status, const CellDescription& cell) {
   takt_msgs::msg::Status message = to_message(status, cell);
   message.commands_rejected += commands_.rejected();
+  message.owners = commands_.owners();
   check(status_writer_->write(&message, dds::HANDLE_NIL));
 }
 

@@ -162,7 +162,7 @@ FNR == 1 {
     if (target == "takt_enumerations.h") next
     generated = target ~ /^([a-z0-9_]*_msgs|takt_topics|takt_actions)\.h$/
     # Those of requests and events belong to the vocabulary.
-    if (target ~ /^takt_(request|event|player)(s|_table)?\.h$/) target = "idl/vocabulary/" target
+    if (target ~ /^takt_(request|event|player|pendant)(s|_table)?\.h$/) target = "idl/vocabulary/" target
     if (target ~ /(^|\/)\.\.?\//) complain("includes are relative to the repository's root: " target)
     else if (here != "" && generated && index(may[here] " ", "GENERATED ") == 0 && may[here] !~ /GENERATED$/)
       complain(here " must not know the messages of the wire: " target)

@@ -223,7 +223,7 @@ class Vocabulary(unittest.TestCase):
             self.assertIn(words, str(caught.exception))
 
     def test_the_pages_are_those_of_the_idl(self):
-        reader = idl.read([ROOT / "idl" / "takt_player.idl", ROOT / "idl" / "takt_events.idl"])
+        reader = idl.read([ROOT / "idl" / f"takt_{name}.idl" for name in ("player", "pendant", "events")])
         for name, text in (("requests", requests.page(reader)), ("events", events.page(reader))):
             page = (ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8")
             self.assertTrue(page == text, f"docs/{name}.md differs from the IDL: ./dev docs writes it")

@@ -99,6 +99,13 @@ int status(const Common& common) {
                 static_cast<unsigned long long>(s.contact_calls_skipped),
                 static_cast<unsigned long long>(s.contact_elements),
                 static_cast<unsigned long long>(s.contact_rebuilds));
+  std::map<std::string, std::string> commanded;
+  for (const auto& [target, sender] : s.owners) {
+    std::string& targets = commanded[sender];
+    targets += (targets.empty() ? "" : ", ") + target;
+  }
+  for (const auto& [sender, targets] : commanded)
+    std::printf("  %-17s %s: %s\n", "commanded by", sender.c_str(), targets.c_str());
   std::printf("  %-17s %s\n", "scheduling", s.scheduling.c_str());
   for (const auto& name : s.waiting_for) std::printf("  %-17s %s\n", "waiting for", name.c_str());
   if (!s.fault.empty()) std::printf("  %-17s %s\n", "fault", s.fault.c_str());

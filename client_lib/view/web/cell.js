@@ -138,6 +138,7 @@ export class Cell {
 
   // One thing of the cell is marked: a box around it. {kind, name} or null.
   select(chosen) {
+    this.held = null;  // component that a user drags
     this.mark?.removeFromParent();
     this.mark?.geometry.dispose();
     this.mark = null;
@@ -255,9 +256,9 @@ export class Cell {
       const component = this.components[i];
       const {position: p, orientation: q, force: f} = sample;
       const last = component.mesh.position.clone();
-      component.mesh.position.set(p.x, p.y, p.z);
+      if (component.mesh.name !== this.held) component.mesh.position.set(p.x, p.y, p.z);
       component.mesh.visible = sample.state !== PartState.parked;
-      component.mesh.quaternion.set(q.x, q.y, q.z, q.w);
+      if (component.mesh.name !== this.held) component.mesh.quaternion.set(q.x, q.y, q.z, q.w);
       if (options.follow === component.mesh.name && this.shown) {
         const moved = component.mesh.position.clone().sub(last);
         this.camera.position.add(moved);

@@ -1,26 +1,16 @@
 // The inspector: what a selected component, robot, gripper or device is, and what may be done with it.
 import {ComponentType, PartState, SignalType, SimulationState, nameOf} from './messages.js';
 import {STATES} from './cell.js';
+import {$, angles, make, three} from './dom.js';
+import {gripperPendant, robotPendant, signalControls} from './pendant.js';
 
-const place = document.getElementById('selection');
-const make = (kind, text = '', attributes = {}) => {
-  const made = document.createElement(kind);
-  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
-  made.textContent = text;
-  return made;
-};
-const three = ({x, y, z}, factor, digits) => [x, y, z].map((value) => (factor * value).toFixed(digits)).join('  ');
-// Roll, pitch and yaw of a quaternion in degrees.
-export function angles({x, y, z, w}) {
-  const deg = 180 / Math.PI;
-  return {x: deg * Math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)), y: deg * Math.asin(Math.max(-1, Math.min(1, 2 * (w * y - z * x)))), z: deg * Math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))};
-}
+const place = $('selection');
 export const shown = (value, type) => (type === SignalType.boolean ? (value ? 'true' : 'false') : Number(value.toPrecision(5)).toString());
 
 export class Inspector {
   // ask(request, arguments), select(chosen), refusal(): why nothing may be changed, or ''.
   constructor({ask, select, refusal}) {
-    Object.assign(this, {ask, select, refusal, chosen: null});
+    Object.assign(this, {ask, select, refusal, chosen: null, place, waiting: []});
     this.clear();
   }
 
@@ -102,14 +92,7 @@ export class Inspector {
     place.append(text);
   }
 
-  robot(of) {
-    const now = () => this.state.robots[this.index];
-    this.table('joints');
-    of.joints.forEach((joint, i) => {
-      const turns = joint.upper - joint.lower > 0 && joint.max_velocity > 0;
-      this.row(joint.name, () => `${now().position[i].toFixed(4)} (${turns ? `${joint.lower.toFixed(2)} to ${joint.upper.toFixed(2)}` : 'free'}), ${now().velocity[i].toFixed(3)}/s, ${now().effort[i].toFixed(1)}`);
-    });
-  }
+  robot(of) { robotPendant(this, of); }
 
   gripper(of) {
     const now = () => this.state.grippers[this.index];
@@ -119,6 +102,7 @@ export class Inspector {
     this.row('commanded', () => (now().closed ? 'closed' : 'open'));
     this.row('stands', () => (now().moving ? 'moving' : now().in_position ? 'in position' : 'stands'));
     this.row('part', () => this.description.components[now().part]?.name ?? 'nothing');
+    gripperPendant(this, of);
     place.append(make('h3', 'Forced values'));
     this.actions(this.button('force closed', 'force_signal', () => ({signal: `${of.name}.close`, value: 1})), this.button('force open', 'force_signal', () => ({signal: `${of.name}.close`, value: 0})),
       this.button('release', 'release_signal', () => ({signal: `${of.name}.close`}), () => (now().forced ? '' : 'no signal of it is forced')));
@@ -130,13 +114,20 @@ export class Inspector {
     this.table('signals');
     of.signals.forEach((signal, i) => {
       const value = this.input(now().signals[i], {'aria-label': `value for ${signal.name}`});
-      const name = `${of.name}.${signal.name}`, forced = () => Boolean(now().forced & (1 << i));
-      this.row(signal.name, () => `${shown(now().signals[i], signal.type)} ${signal.unit}${forced() ? ' (forced)' : ''}${signal.wire ? `, wire: ${signal.wire}` : ''}`, value,
-        this.button('force', 'force_signal', () => ({signal: name, value: Number(value.value)})), this.button('release', 'release_signal', () => ({signal: name}), () => (forced() ? '' : 'it is not forced')));
+      const forced = () => Boolean(now().forced & (1 << i));
+      this.row(signal.name, () => `${shown(now().signals[i], signal.type)} ${signal.unit}${forced() ? ' (forced)' : ''}${signal.wire ? `, wire: ${signal.wire}` : ''}`, value, ...signalControls(this, of, signal, value, forced));
     });
   }
 
+  // Resolves when the cell has simulated so long from now on, or stands, or was reset.
+  after(duration) {
+    const end = this.state.time + duration, {epoch} = this.state;
+    return new Promise((done) => this.waiting.push({end, epoch, done}));
+  }
+
   update(state, status) {
+    const over = ({end, epoch}) => !state || state.time >= end || state.epoch !== epoch || status?.state !== SimulationState.playing;
+    this.waiting = this.waiting.filter((one) => { if (!over(one)) return true; one.done(); return false; });
     if (!this.chosen || !state || this.index < 0 || state.components.length !== this.description.components.length) return;
     Object.assign(this, {state, status});
     for (const update of this.updates) update();

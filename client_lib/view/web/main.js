@@ -3,6 +3,8 @@ import {ComponentType, Pace, PartState, Severity, SimulationState, messages, nam
 import {Eye, Ruler} from './eye.js';
 import {Inspector} from './inspector.js';
 import {Link} from './link.js';
+import {Menu} from './menu.js';
+import {Mover} from './mover.js';
 import {Plots} from './plots.js';
 import {SceneTree} from './scene_tree.js';
 import {frame, keyboard} from './shell.js';
@@ -278,6 +280,7 @@ function draw() {
     rows();
     if (last.state) $('clock').textContent = `${last.state.time.toFixed(3)} s`;
     inspector.update(last.state, last.status);
+    handles();
   }
   if (drawn.graph) graph();
   if (drawn.events) eventList();
@@ -287,9 +290,10 @@ function draw() {
 requestAnimationFrame(draw);
 
 // --- controls -------------------------------------------------------------------------------------------------------
-function ask(request, args) {
-  return link.call(request, args).then((reply) => { tell(reply.message); return reply; },
-    (error) => { tell(error.message); throw error; });
+// `aside`: the sentence of the answer is not shown.
+function ask(request, args, aside = false) {
+  return link.call(request, args).then((reply) => { if (!aside) tell(reply.message); return reply; },
+    (error) => { if (!aside) tell(error.message); throw error; });
 }
 const on = (id, request, args = () => ({})) => { $(id).onclick = () => ask(request, args()).catch(() => {}); };
 on('play', 'set_state', () => ({state: 'playing'}));
@@ -367,6 +371,26 @@ $('legend').replaceChildren(line('parts', ...Object.entries(STATES).flatMap(([st
 let chosen = null, fitted = Boolean(asked.camera), generation = null, provisional = false;
 const inspector = new Inspector({ask, select, refusal: () => (playback ? 'A recording cannot be changed.' : observer() ? 'Observers may look, not touch.' : link.socket.readyState !== WebSocket.OPEN ? 'There is no connection to the cell.' : '')});
 const tree = new SceneTree(select);
+const menu = new Menu({ask, refusal: () => inspector.refusal(), scenario: () => signals.description?.scenario});
+const mover = new Mover(cell, ({name, position, orientation}) => ask('set_entity_state', {entity: name, position, orientation}).catch(() => { if (last.state) cell.show(last.state); }));
+// A Part has handles while they are asked for, it is selected and the cell stands.
+let moving = null;
+function handles() {
+  const part = signals.description?.components.find(({name}) => chosen?.kind === 'component' && name === chosen.name);
+  const may = moving && part?.type === ComponentType.part && !inspector.refusal() && [SimulationState.paused, SimulationState.stopped].includes(last.status?.state);
+  const mesh = may ? cell.chosen : null;
+  if (mesh !== (mover.handles.object ?? null) || (mesh && mover.mode !== moving)) mover.take(mesh, moving);
+  for (const [id, mode] of [['move', 'translate'], ['turn', 'rotate']]) $(id).setAttribute('aria-pressed', String(moving === mode));
+}
+function move(mode) {
+  moving = moving === mode ? null : mode;
+  handles();
+  if (moving && !mover.handles.object) tell(inspector.refusal() || (chosen?.kind !== 'component' ? 'Select a Part to move it.' : last.status?.state === SimulationState.playing ? 'Pause the cell to move a Part.' : 'Only Parts can be moved.'));
+}
+$('move').onclick = () => move('translate');
+$('turn').onclick = () => move('rotate');
+const STEPS = {ArrowLeft: ['x', -1], ArrowRight: ['x', 1], ArrowDown: ['y', -1], ArrowUp: ['y', 1], PageDown: ['z', -1], PageUp: ['z', 1]};
+const nudge = ({key, shiftKey}) => { const [axis, sign] = STEPS[key]; mover.nudge(axis, sign * (moving === 'translate' ? 0.001 : Math.PI / 180) * (shiftKey ? 10 : 1)); };
 function observer() { return $('play').disabled; }
 // Tree, picture and inspector show the same one; null: nothing.
 function select(what) {
@@ -374,6 +398,7 @@ function select(what) {
   chosen = there ? {kind: what.kind, name: what.name} : null;
   if (!signals.description || !last.state) return;
   cell.select(chosen);
+  handles();
   tree.mark(chosen);
   inspector.open(chosen, signals.description, last.state, last.status);
 }
@@ -407,6 +432,7 @@ let pressedAt = null;
 $('cell').addEventListener('pointerdown', (event) => { pressedAt = [event.clientX, event.clientY]; $('hint').hidden = true; });
 $('cell').addEventListener('pointerup', (event) => {
   if (!pressedAt || event.button !== 0 || Math.hypot(event.clientX - pressedAt[0], event.clientY - pressedAt[1]) > 4) return;
+  if (mover.over) return;  // a handle was meant
   const hit = eye.pick(event);
   if ($('measure').getAttribute('aria-pressed') === 'true') { if (hit) tell(ruler.take(hit)); } else select(hit?.chosen ?? null);
 });
@@ -423,10 +449,11 @@ const camera = (name) => () => document.querySelector(`[data-camera=${name}]`).c
 keyboard([
   [' ', 'run or pause', () => $(last.status?.state === SimulationState.playing ? 'pause' : 'play').click()], ['.', 'step', press('step')], ['R', 'reset', press('reset')],
   ['f', 'fit to the cell, or to what is selected', press('fit')], ['1', 'isometric', camera('iso')], ['2', 'front', camera('front')], ['3', 'right', camera('right')], ['4', 'top', camera('top')],
-  ['o', 'orthographic or perspective', press('orthographic')], ['z', 'previous view', press('back')], ['m', 'measure between two points', press('measure')], ['Escape', 'select nothing', () => select(null)],
+  ['o', 'orthographic or perspective', press('orthographic')], ['z', 'previous view', press('back')], ['m', 'measure between two points', press('measure')], ['g', 'move the selected Part', press('move')], ['h', 'turn the selected Part', press('turn')],
+  [Object.keys(STEPS), 'move it by 1 mm or 1°, with Shift by ten', nudge, () => moving && mover.handles.object], ['n', 'scenario, snapshots, recording', press('menu')], ['Escape', 'select nothing', () => select(null)],
   ['c', 'colour by state', press('by-state')], ['e', 'edges', press('edges')], ['a', 'frames (axes)', press('frames')], ['/', 'find a component', () => { if (document.body.classList.contains('no-tree')) $('fold-tree').click(); $('find').focus(); }],
   ['t', 'scene tree', press('fold-tree')], ['i', 'inspector', press('fold-inspector')], ['b', 'timeline and curves', press('fold-bottom')], ['d', 'light or dark theme', press('theme')], ['?', 'this list', press('help')],
 ]);
 
 // For tests and for the console of the browser.
-window.takt = {cell, eye, link, last, plots, select, selected: () => chosen, place: (name) => cell.place(name)};
+window.takt = {cell, eye, mover, link, last, plots, select, selected: () => chosen, place: (name) => cell.place(name)};

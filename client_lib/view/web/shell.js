@@ -1,11 +1,11 @@
 // The frame of the page: icons, theme, panels that fold, keys and their list.
-import {Box, Keyboard, Maximize, PanelBottom, PanelLeft, PanelRight, Pause, Play, RotateCcw, Ruler, StepForward, SunMoon, Undo2, createElement} from 'lucide';
+import {Box, FolderOpen, Keyboard, Maximize, Move3d, PanelBottom, PanelLeft, PanelRight, Pause, Play, Rotate3d, RotateCcw, Ruler, StepForward, SunMoon, Undo2, createElement} from 'lucide';
 import '@awesome.me/webawesome/dist/styles/themes/default.css';
 import '@awesome.me/webawesome/dist/components/dialog/dialog.js';
 import '@awesome.me/webawesome/dist/components/tree/tree.js';
 import '@awesome.me/webawesome/dist/components/tree-item/tree-item.js';
 
-const ICONS = {Box, Keyboard, Maximize, PanelBottom, PanelLeft, PanelRight, Pause, Play, RotateCcw, Ruler, StepForward, SunMoon, Undo2};
+const ICONS = {Box, FolderOpen, Keyboard, Maximize, Move3d, PanelBottom, PanelLeft, PanelRight, Pause, Play, Rotate3d, RotateCcw, Ruler, StepForward, SunMoon, Undo2};
 const PANELS = ['tree', 'inspector', 'bottom'];
 const $ = (id) => document.getElementById(id);
 
@@ -44,12 +44,16 @@ export function frame(themed) {
   }
 }
 
-// keys: [key, sentence, action]; a press of a key does what its button does, except while one types.
+// keys: [key or keys, sentence, action(event), when()]; a press of a key does what its button does, except while one types.
+const SHOWN = {' ': 'space', ArrowLeft: '←', ArrowRight: '→', ArrowUp: '↑', ArrowDown: '↓', PageUp: 'page up', PageDown: 'page down'};
 export function keyboard(keys) {
   const rows = keys.map(([key, sentence]) => {
-    const row = document.createElement('tr'), name = document.createElement('td'), what = document.createElement('td'), shown = document.createElement('kbd');
-    shown.textContent = key === ' ' ? 'space' : key;
-    name.append(shown);
+    const row = document.createElement('tr'), name = document.createElement('td'), what = document.createElement('td');
+    for (const one of [key].flat()) {
+      const shown = document.createElement('kbd');
+      shown.textContent = SHOWN[one] ?? one;
+      name.append(shown, ' ');
+    }
     what.textContent = sentence;
     row.append(name, what);
     return row;
@@ -57,13 +61,13 @@ export function keyboard(keys) {
   $('keys').querySelector('tbody').replaceChildren(...rows);
   $('help').onclick = () => { $('keys').open = true; };
   addEventListener('keydown', (event) => {
-    if (event.ctrlKey || event.metaKey || event.altKey || $('keys').open) return;
+    if (event.ctrlKey || event.metaKey || event.altKey || $('keys').open || $('cell-menu').open) return;
     const at = event.target;
     if (at.matches?.('select, textarea, input:not([type=checkbox]):not([type=range]), [contenteditable=true]') || at.closest?.('.cm-editor')) return;
     if (event.key === ' ' && at.matches?.('button, input, summary, wa-tree-item')) return;  // the space bar presses what has the focus
-    const found = keys.find(([key]) => key === event.key);
+    const found = keys.find(([key, , , when]) => [key].flat().includes(event.key) && (when?.() ?? true));
     if (!found) return;
     event.preventDefault();
-    found[2]();
+    found[2](event);
   });
 }

@@ -158,8 +158,8 @@ struct DiscoveredWriter {
   std::string user_data;              ///< "typehash=RIHS01_...;" of ROS 2 and of takt
 };
 
-/// Reports remote writers; new remote participants; and remote participants, readers and writers that DDS has
-/// dropped because they left or exceeded their lease.
+/// Reports remote writers; remote participants with their names; and remote participants, readers and writers that DDS
+/// has dropped because they left or exceeded their lease.
 class DiscoveryListener : public dds::DomainParticipantListener {
  public:
   /// A participant is discovered, ahead of its samples; its lease has expired; a participant or an endpoint
@@ -167,6 +167,8 @@ class DiscoveryListener : public dds::DomainParticipantListener {
   enum class Presence { come, silent, left };
   using Follower = std::function<void(const DdsGuid&, Presence)>;
   virtual void on_writer(const DiscoveredWriter&) {}
+  /// `name` is what the participant calls itself, text from the network; empty once it is gone.
+  virtual void on_participant(const DdsGuid&, const std::string& /*name*/) {}
   /// Set it ahead of the participant's construction. `follower` runs in threads of DDS.
   void follow(Follower follower) { follower_ = std::move(follower); }
 
@@ -177,6 +179,8 @@ class DiscoveryListener : public dds::DomainParticipantListener {
     if (info.status == Info::DISCOVERED_PARTICIPANT) notify(info.info.m_guid, Presence::come);
     if (info.status == Info::DROPPED_PARTICIPANT) notify(info.info.m_guid, Presence::silent);
     if (info.status == Info::REMOVED_PARTICIPANT) notify(info.info.m_guid, Presence::left);
+    const bool gone = info.status == Info::REMOVED_PARTICIPANT || info.status == Info::DROPPED_PARTICIPANT;
+    on_participant(info.info.m_guid, gone ? std::string() : info.info.m_participantName.to_string());
   }
   void on_subscriber_discovery(dds::DomainParticipant*, rtps::ReaderDiscoveryInfo&& info) final {
     if (info.status == rtps::ReaderDiscoveryInfo::REMOVED_READER) notify(info.info.guid(), Presence::left);
@@ -199,6 +203,8 @@ class DiscoveryListener : public dds::DomainParticipantListener {
     if (status == News::DISCOVERED_PARTICIPANT) notify(info.guid, Presence::come);
     if (status == News::DROPPED_PARTICIPANT) notify(info.guid, Presence::silent);
     if (status == News::REMOVED_PARTICIPANT) notify(info.guid, Presence::left);
+    const bool gone = status == News::REMOVED_PARTICIPANT || status == News::DROPPED_PARTICIPANT;
+    on_participant(info.guid, gone ? std::string() : info.participant_name.to_string());
   }
   void on_data_reader_discovery(dds::DomainParticipant*, rtps::ReaderDiscoveryStatus status,
                                 const dds::SubscriptionBuiltinTopicData& info, bool&) final {

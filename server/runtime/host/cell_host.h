@@ -92,6 +92,7 @@ class CellHost {
   Outcome<requests::SpawnEntity> execute(const requests::SpawnEntity& request);
   Outcome<requests::DeleteEntity> execute(const requests::DeleteEntity& request);
   Outcome<requests::SaveSnapshot> execute(const requests::SaveSnapshot& r) { return snapshots_.save(r); }
+  Outcome<requests::GetSnapshots> execute(const requests::GetSnapshots&) { return snapshots_.list(); }
   Outcome<requests::RestoreSnapshot> execute(const requests::RestoreSnapshot& r) {
     return snapshots_.restore(r);
   }

@@ -12,6 +12,10 @@ std::string instant(const SnapshotIdentity& identity) {
   return fixed_text(identity.time_s, 3) + " s (step " + std::to_string(identity.step) + ")";
 }
 
+Refusal no_directory() {
+  return {ControlResult::unsupported, "This server keeps no snapshots; --snapshots DIR says where to."};
+}
+
 }  // namespace
 
 Snapshots::Snapshots(const HostOptions& options, ScenarioSlot& slot, OutboundQueue& outbound)
@@ -46,9 +50,7 @@ void Snapshots::attach(LoadedScenario* loaded) {
 }
 
 std::optional<Refusal> Snapshots::refusal(const std::string& name) const {
-  if (!store_)
-    return Refusal{ControlResult::unsupported,
-                   "This server keeps no snapshots; --snapshots DIR says where to."};
+  if (!store_) return no_directory();
   if (std::string refused = name.empty() ? "" : SessionStore::refused_name(name); !refused.empty())
     return Refusal{ControlResult::failed, std::move(refused)};
   if (!slot_.loaded())
@@ -72,6 +74,13 @@ Outcome<requests::SaveSnapshot> Snapshots::save(const requests::SaveSnapshot& re
   const std::uint64_t step = saved.identity.step;
   return {outbound_.events.post(events::SnapshotSaved{request.name, time_s, step}),
           {file.string(), saved.bytes.size(), time_s, step}};
+}
+
+Outcome<requests::GetSnapshots> Snapshots::list() const {
+  if (!store_) return no_directory();
+  requests::GetSnapshotsResponse response{store_->named()};
+  const std::size_t count = response.snapshots.size();
+  return {std::to_string(count) + (count == 1 ? " snapshot." : " snapshots."), std::move(response)};
 }
 
 Outcome<requests::RestoreSnapshot> Snapshots::restore(const requests::RestoreSnapshot& request) {

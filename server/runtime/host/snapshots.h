@@ -20,6 +20,7 @@ class Snapshots {
   /// In an exchange: later periodic snapshots are of this scenario; nullptr: no scenario.
   void attach(LoadedScenario* loaded);
   Outcome<requests::SaveSnapshot> save(const requests::SaveSnapshot& request);
+  Outcome<requests::GetSnapshots> list() const;
   Outcome<requests::RestoreSnapshot> restore(const requests::RestoreSnapshot& request);
   /// Session of the previous run.
   std::optional<Session> session() const;

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <charconv>
+#include <chrono>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <stdexcept>
+#include <tuple>
 
 #include "idl/common/atomic_file.h"
 
@@ -111,6 +113,24 @@ std::string SessionStore::refused_name(const std::string& name, const std::strin
 
 std::filesystem::path SessionStore::file_of(const std::string& name) const {
   return directory_ / (name + kSuffix);
+}
+
+std::vector<requests::SnapshotInfo> SessionStore::named() const {
+  std::vector<requests::SnapshotInfo> found;
+  const auto now = std::filesystem::file_time_type::clock::now();
+  std::error_code error, gone;
+  for (std::filesystem::directory_iterator entry(directory_, error), end; !error && entry != end;
+       entry.increment(error)) {
+    const std::string name = entry->path().stem().string();
+    if (entry->path().extension() != kSuffix || !refused_name(name).empty()) continue;
+    const auto bytes = entry->file_size(gone);
+    if (gone) continue;
+    const std::chrono::duration<double> age = now - entry->last_write_time(gone);
+    if (!gone) found.push_back({name, bytes, age.count()});
+  }
+  std::ranges::sort(found, {}, [](const auto& one) { return std::tie(one.age, one.name); });
+  if (found.size() > kMostListed) found.resize(kMostListed);
+  return found;
 }
 
 std::vector<std::filesystem::path> SessionStore::periodic() const {

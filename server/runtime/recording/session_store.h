@@ -34,7 +34,7 @@ struct Session {
 
 class SessionStore {
  public:
-  static constexpr std::size_t kKeptPeriodic = 3, kKeptEarlier = 3;
+  static constexpr std::size_t kKeptPeriodic = 3, kKeptEarlier = 3, kMostListed = 1000;
 
   /// Makes the directories. Throws std::runtime_error with a sentence on failure.
   SessionStore(const std::filesystem::path& directory, const std::string& cell);
@@ -42,6 +42,8 @@ class SessionStore {
   /// Why no snapshot can have this name, in a sentence; empty: it can. A name is no path.
   static std::string refused_name(const std::string& name, const std::string& what = "snapshot");
   std::filesystem::path file_of(const std::string& name) const;
+  /// The snapshots with a name, the newest first, at most kMostListed.
+  std::vector<requests::SnapshotInfo> named() const;
 
   /// Newest first.
   std::vector<std::filesystem::path> periodic() const;

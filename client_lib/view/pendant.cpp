@@ -1,0 +1,180 @@
+#include "client_lib/view/pendant.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "client_lib/kinematics/arm.h"
+#include "idl/common/eigen_messages.h"
+
+namespace takt::view {
+namespace {
+
+constexpr std::chrono::seconds kAfter{3};           ///< that the pendant stays a sender
+constexpr std::chrono::milliseconds kLook{500};     ///< between two looks whether it may leave
+constexpr double kStands = 0.005;                   ///< part of a joint's largest speed below which it stands
+constexpr double kAcceleration_per_speed = 2.5;     ///< of the tool centre point, 1/s
+constexpr double kRotation_per_translation = 2.5;   ///< speed of the rotation to that of the translation, rad/m
+
+ClientOptions weakest(ClientOptions options) {
+  options.name = "pendant";
+  options.ownership_strength = 0;
+  return options;
+}
+
+[[noreturn]] void refuse(ControlResult result, const std::string& sentence) {
+  throw ClientError(ClientError::Kind::refused, sentence, result);
+}
+
+std::string moves_for(double duration_s, bool playing) {
+  char text[64];
+  std::snprintf(text, sizeof(text), " moves for %.1f s", duration_s);
+  return text + std::string(playing ? "." : " once the simulation plays.");
+}
+
+}  // namespace
+
+Pendant::Pendant(ClientOptions options) : options_(weakest(std::move(options))), thread_([this] { run(); }) {}
+
+Pendant::~Pendant() {
+  {
+    const std::lock_guard lock(mutex_);
+    over_ = true;
+    changed_.notify_all();
+  }
+  thread_.join();
+}
+
+/// Leaves when the motions are over; one that the cell has lost, too.
+void Pendant::run() {
+  std::unique_lock lock(mutex_);
+  while (!over_) {
+    changed_.wait_for(lock, kLook);
+    if (!client_ || std::chrono::steady_clock::now() < newest_ + kAfter) continue;
+    bool needed = false;
+    try {
+      needed = client_->connected() && client_->state().time < until_s_;
+    } catch (const ClientError&) {
+    }
+    if (!needed) client_.reset();
+  }
+}
+
+template <Request Type>
+Answer Pendant::read_and_execute(const Arguments& arguments) {
+  Type wanted{};
+  const std::string name(request_info<Type>().name);
+  if (const auto fault = read_arguments(name, arguments, wanted)) return {fault->result, fault->sentence, {}};
+  const std::lock_guard lock(mutex_);
+  if (client_ && !client_->connected()) client_.reset();
+  if (!client_) client_ = std::make_unique<Client>(options_);
+  newest_ = std::chrono::steady_clock::now();
+  try {
+    return execute(wanted);
+  } catch (const MotionError& error) {
+    std::string sentence = error.what();
+    sentence.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(sentence.front())));
+    if (sentence.back() != '.') sentence += '.';
+    return {ControlResult::failed, sentence, {}};
+  }
+}
+
+bool Pendant::has(const std::string& request) {
+#define TAKT_IS_NAME(Name) || request == request_info<pendant::Name>().name
+  return false TAKT_FOR_EACH_PENDANT_REQUEST(TAKT_IS_NAME);
+#undef TAKT_IS_NAME
+}
+
+Answer Pendant::request(const std::string& name, const Arguments& arguments) {
+#define TAKT_EXECUTE(Name) \
+  if (name == request_info<pendant::Name>().name) return read_and_execute<pendant::Name>(arguments);
+  TAKT_FOR_EACH_PENDANT_REQUEST(TAKT_EXECUTE)
+#undef TAKT_EXECUTE
+  return {ControlResult::unsupported, "The pendant has no request '" + name + "'.", {}};
+}
+
+void Pendant::require_free(const char* kind, const std::string& target, int index) const {
+  if (index < 0)
+    refuse(ControlResult::not_found, "The cell has no " + std::string(kind) + " '" + target + "'.");
+  for (const auto& [owned, sender] : client_->status().owners)
+    if (owned == target && sender != client_->client_id())
+      refuse(ControlResult::incorrect_state,
+             "'" + target + "' is commanded by " + sender + "; end that client first.");
+}
+
+std::vector<double> Pendant::standing(const std::string& robot) const {
+  const auto cell = client_->cell();
+  const int index = cell->find_robot(robot);
+  require_free("robot", robot, index);
+  const State state = client_->state();
+  const auto& joints = cell->robots[static_cast<std::size_t>(index)].joints;
+  const auto& now = state.robot(robot);
+  for (std::size_t i = 0; i < joints.size() && i < now.velocity.size(); ++i)
+    if (std::abs(now.velocity[i]) > kStands * joints[i].max_velocity)
+      refuse(ControlResult::incorrect_state, "'" + robot + "' moves; wait until it stands, or stop it.");
+  return now.position;
+}
+
+double Pendant::send(const std::string& robot, const std::vector<TrajectoryPoint>& points) {
+  require_free("robot", robot, client_->cell()->find_robot(robot));
+  client_->send_trajectory(robot, points);
+  const double duration_s = points.empty() ? 0.0 : points.back().time_s;
+  until_s_ = client_->state().time + duration_s;
+  return duration_s;
+}
+
+Answer Pendant::execute(const pendant::JogJoints& request) {
+  const std::vector<double> from = standing(request.robot);
+  const Arm arm(*client_->cell(), request.robot);
+  const double duration_s =
+      send(request.robot, arm.plan_joint_move(from, request.positions, {.speed = request.speed}));
+  return {ControlResult::ok,
+          "'" + request.robot + "'" +
+              moves_for(duration_s, client_->status().state == SimulationState::playing),
+          arguments_of(pendant::JogJointsResponse{duration_s})};
+}
+
+Answer Pendant::execute(const pendant::JogLine& request) {
+  const std::vector<double> from = standing(request.robot);
+  const auto cell = client_->cell();
+  const Arm arm(*cell, request.robot, request.gripper);
+  const Pose X_WT = arm.forward_kinematics(from);
+  Eigen::Matrix3d R_WJ = Eigen::Matrix3d::Identity();  // J: the frame whose axes count
+  if (request.frame == JogFrame::tool) R_WJ = X_WT.R;
+  if (request.frame == JogFrame::base)
+    R_WJ = pose_of(cell->robots[static_cast<std::size_t>(cell->find_robot(request.robot))].base).R;
+  Pose goal = X_WT;
+  goal.p += R_WJ * to_eigen(request.translation);
+  const Eigen::Vector3d turn_W = R_WJ * to_eigen(request.rotation);
+  if (const double angle = turn_W.norm(); angle > 0.0)
+    goal.R = Eigen::AngleAxisd(angle, turn_W / angle).toRotationMatrix() * X_WT.R;
+  LineOptions options;
+  options.speed_m_per_s = request.speed;
+  options.acceleration_m_per_s2 = kAcceleration_per_speed * request.speed;
+  options.rotation_speed_rad_per_s = kRotation_per_translation * request.speed;
+  options.rotation_acceleration_rad_per_s2 = kAcceleration_per_speed * options.rotation_speed_rad_per_s;
+  const double duration_s = send(request.robot, arm.plan_line(from, goal, options));
+  return {ControlResult::ok,
+          "'" + request.robot + "'" +
+              moves_for(duration_s, client_->status().state == SimulationState::playing),
+          arguments_of(pendant::JogLineResponse{duration_s})};
+}
+
+Answer Pendant::execute(const pendant::StopJogging& request) {
+  (void)send(request.robot, {});
+  return {ControlResult::ok, "'" + request.robot + "' stops.", {}};
+}
+
+Answer Pendant::execute(const pendant::CommandGripper& request) {
+  require_free("gripper", request.gripper, client_->cell()->find_gripper(request.gripper));
+  client_->set_gripper(request.gripper, request.action, request.width, request.max_force);
+  return {ControlResult::ok, "'" + request.gripper + "' is commanded.", {}};
+}
+
+Answer Pendant::execute(const pendant::CommandSignal& request) {
+  require_free("device", request.device, client_->cell()->find_device(request.device));
+  client_->set_signals(request.device, {{request.signal, request.value}});
+  return {ControlResult::ok, "'" + request.device + "." + request.signal + "' is commanded.", {}};
+}
+
+}  // namespace takt::view

@@ -1,0 +1,14 @@
+// Small helpers of the page's panels.
+export const $ = (id) => document.getElementById(id);
+export const make = (kind, text = '', attributes = {}) => {
+  const made = document.createElement(kind);
+  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
+  made.textContent = text;
+  return made;
+};
+export const three = ({x, y, z}, factor, digits) => [x, y, z].map((value) => (factor * value).toFixed(digits)).join('  ');
+// Roll, pitch and yaw of a quaternion in degrees.
+export function angles({x, y, z, w}) {
+  const deg = 180 / Math.PI;
+  return {x: deg * Math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)), y: deg * Math.asin(Math.max(-1, Math.min(1, 2 * (w * y - z * x)))), z: deg * Math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))};
+}
