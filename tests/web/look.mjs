@@ -3,6 +3,7 @@
 // TAKT_SCREENSHOT=FOLDER/NAME.png keeps the pictures as FOLDER/CELL_WIDTH_THEME.png.
 import {strict as assert} from 'node:assert';
 import {dirname} from 'node:path';
+import {findings} from './axe.mjs';
 import {chromium, executable, visit} from './browser.mjs';
 import {server, start, stop, takt, view} from './processes.mjs';
 
@@ -107,6 +108,7 @@ for (const scenario of ['block_assembly', 'chainsaw_motor', 'bev_rotor', 'nut_on
       // Nor is any of the top bar, which a narrow screen has on several lines.
       const beside = await seen.ask(() => [...document.querySelectorAll('#topbar button, #topbar input, #topbar select')].filter((one) => one.getBoundingClientRect().right > innerWidth).map(({id, ariaLabel}) => id || ariaLabel));
       assert.deepEqual(beside, [], `the top bar at ${width}`);
+      if (scenario === 'block_assembly') assert.deepEqual(await findings(seen.page), [], `axe-core at ${width}, ${colorScheme}`);
       if (process.env.TAKT_SCREENSHOT) await seen.page.screenshot({path: `${dirname(process.env.TAKT_SCREENSHOT)}/${scenario}_${width}_${colorScheme}.png`});
       assert.deepEqual(seen.problems, []);
       await seen.page.context().close();

@@ -1,6 +1,7 @@
 // What one does on the page, by mouse and by key: robots are jogged, grippers commanded, a Part is moved while the cell stands,
 // scenarios, snapshots and logs come from the menu. The state on DDS is the witness.
 import {strict as assert} from 'node:assert';
+import {findings} from './axe.mjs';
 import {chromium, executable, visit} from './browser.mjs';
 import {program, scenario, server, sources, start, stop, takt, view} from './processes.mjs';
 
@@ -44,6 +45,8 @@ await typed.fill((start0[0] * 180 / Math.PI).toFixed(6));
 await typed.press('Enter');
 await near(joints, start0, 1e-4, 'an angle typed');
 await shot('jog');
+
+assert.deepEqual(await findings(page), [], 'axe-core');
 
 stage('tool centre point');
 const palm = await ask(() => takt.last.description.components[takt.last.description.grippers[0].palm].name);
@@ -147,6 +150,7 @@ await until(() => /by_hand/.test(document.querySelector('#menu-answer').textCont
 await page.click('#record-stop');
 await until(() => /record/i.test(document.querySelector('#menu-answer').textContent));
 await shot('menu');
+assert.deepEqual(await findings(page), [], 'axe-core, menu');
 await page.fill('#scenario-file', 'gear_on_shaft.yaml');
 await page.click('#load');
 await until(() => takt.last.description.scenario === 'gear_on_shaft');
