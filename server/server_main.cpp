@@ -52,7 +52,7 @@ struct Arguments {
   int threads = 1;
   std::filesystem::path snapshots;
   std::optional<double> snapshot_every_s;
-  bool supervised = false;
+  bool supervised = false, edit = false;
   std::filesystem::path log, recordings, scenarios, allowed_fmus;
   std::vector<std::string> overrides, packages;
   std::optional<int> level_of_detail;
@@ -125,6 +125,8 @@ void describe_arguments(CLI::App& app, Arguments& arguments) {
                  "directory of the files that clients may load and spawn from (load_scenario, spawn_entity); "
                  "without: any that the server can read")
       ->check(CLI::ExistingDirectory);
+  app.add_flag("--edit", arguments.edit,
+               "clients may replace the file of the loaded scenario (save_scenario_text)");
   app.add_option("--allow-fmus", arguments.allowed_fmus,
                  "directory whose FMUs scenarios may run; an FMU is code that runs on this machine")
       ->check(CLI::ExistingDirectory);
@@ -157,6 +159,7 @@ takt::HostOptions host_options(const Arguments& arguments, std::optional<takt::P
   options.log = arguments.log;
   options.recordings = arguments.recordings;
   options.scenarios = arguments.scenarios;
+  options.edit = arguments.edit;
   options.fmus = takt::fmu_library(arguments.allowed_fmus);
   options.packages = takt::command_line::package_folders(arguments.packages);
   options.version = std::string("takt-server ") + TAKT_VERSION;

@@ -10,11 +10,12 @@
 namespace takt::view {
 namespace {
 
-constexpr std::chrono::seconds kAfter{3};           ///< that the pendant stays a sender
-constexpr std::chrono::milliseconds kLook{500};     ///< between two looks whether it may leave
-constexpr double kStands = 0.005;                   ///< part of a joint's largest speed below which it stands
-constexpr double kAcceleration_per_speed = 2.5;     ///< of the tool centre point, 1/s
-constexpr double kRotation_per_translation = 2.5;   ///< speed of the rotation to that of the translation, rad/m
+constexpr std::chrono::seconds kAfter{3};        ///< that the pendant stays a sender
+constexpr std::chrono::milliseconds kLook{500};  ///< between two looks whether it may leave
+constexpr double kStands = 0.005;                ///< part of a joint's largest speed below which it stands
+constexpr double kAcceleration_per_speed = 2.5;  ///< of the tool centre point, 1/s
+constexpr double kRotation_per_translation =
+    2.5;  ///< speed of the rotation to that of the translation, rad/m
 
 ClientOptions weakest(ClientOptions options) {
   options.name = "pendant";
@@ -128,10 +129,10 @@ Answer Pendant::execute(const pendant::JogJoints& request) {
   const Arm arm(*client_->cell(), request.robot);
   const double duration_s =
       send(request.robot, arm.plan_joint_move(from, request.positions, {.speed = request.speed}));
-  return {ControlResult::ok,
-          "'" + request.robot + "'" +
-              moves_for(duration_s, client_->status().state == SimulationState::playing),
-          arguments_of(pendant::JogJointsResponse{duration_s})};
+  return {
+      ControlResult::ok,
+      "'" + request.robot + "'" + moves_for(duration_s, client_->status().state == SimulationState::playing),
+      arguments_of(pendant::JogJointsResponse{duration_s})};
 }
 
 Answer Pendant::execute(const pendant::JogLine& request) {
@@ -154,10 +155,10 @@ Answer Pendant::execute(const pendant::JogLine& request) {
   options.rotation_speed_rad_per_s = kRotation_per_translation * request.speed;
   options.rotation_acceleration_rad_per_s2 = kAcceleration_per_speed * options.rotation_speed_rad_per_s;
   const double duration_s = send(request.robot, arm.plan_line(from, goal, options));
-  return {ControlResult::ok,
-          "'" + request.robot + "'" +
-              moves_for(duration_s, client_->status().state == SimulationState::playing),
-          arguments_of(pendant::JogLineResponse{duration_s})};
+  return {
+      ControlResult::ok,
+      "'" + request.robot + "'" + moves_for(duration_s, client_->status().state == SimulationState::playing),
+      arguments_of(pendant::JogLineResponse{duration_s})};
 }
 
 Answer Pendant::execute(const pendant::StopJogging& request) {

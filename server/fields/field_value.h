@@ -20,6 +20,8 @@ struct YamlSource {
 YAML::Node parse_yaml(const std::string& text);
 /// The whole file, up to 16 MB. Throws ScenarioError.
 YAML::Node load_yaml(const std::filesystem::path& file);
+/// The same of a text in place of the content of the file.
+YAML::Node parse_yaml_of(const std::filesystem::path& file, const std::string& text);
 
 struct FieldValue {
   const YamlSource* source = nullptr;

@@ -65,8 +65,12 @@ YAML::Node load_yaml(const std::filesystem::path& file) {
   const FileText read = read_bounded_file(file, kLargestScenario_MB);
   if (!read.problem.empty())
     throw ScenarioError(file.string() + ": the scenario file cannot be opened: " + read.problem);
+  return parse_yaml_of(file, read.text);
+}
+
+YAML::Node parse_yaml_of(const std::filesystem::path& file, const std::string& text) {
   try {
-    return parse_yaml(read.text);
+    return parse_yaml(text);
   } catch (const YAML::ParserException& error) {
     throw ScenarioError(file.string() + ":" + std::to_string(error.mark.line + 1) + ":" +
                         std::to_string(error.mark.column + 1) + ": not valid YAML: " + error.msg);

@@ -188,7 +188,7 @@ void fail(const Scenario& scenario, const std::string& key, const std::string& f
 
 Scenario read_scenario(const std::filesystem::path& file, const ScenarioOptions& options) {
   YamlSource source{file, {}};
-  YAML::Node root = load_yaml(file);
+  YAML::Node root = options.text ? parse_yaml_of(file, *options.text) : load_yaml(file);
   for (const std::string& text : options.overrides) apply_override(root, text, options, source);
 
   Scenario scenario;

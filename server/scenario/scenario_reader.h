@@ -19,6 +19,8 @@ struct ScenarioOptions {
   std::optional<int> level_of_detail;
   /// Options of a program that are overrides of a key, for error texts: "solver.method" is "--solver".
   std::map<std::string, std::string> option_of{};
+  /// Read in place of the content of the file.
+  std::optional<std::string> text{};
 };
 
 /// Throws the ScenarioError of a value that shows to be wrong when the cell is built.

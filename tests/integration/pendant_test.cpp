@@ -55,19 +55,17 @@ TEST(Pendant, MovesJointsAndTheToolAlongALine) {
   // 20 mm along its own z and 0.2 rad about its own x: the pose that follows from the definition of the frames.
   const takt::Arm arm(*client.cell(), "Robot1", "Gripper1");
   const takt::Pose before = arm.forward_kinematics(reached);
-  const Answer line = ask(pendant, takt::pendant::JogLine{"Robot1",
-                                                          "Gripper1",
-                                                          takt::JogFrame::tool,
-                                                          {0.0, 0.0, -0.02},
-                                                          {0.2, 0.0, 0.0},
-                                                          0.1});
+  const Answer line =
+      ask(pendant, takt::pendant::JogLine{
+                       "Robot1", "Gripper1", takt::JogFrame::tool, {0.0, 0.0, -0.02}, {0.2, 0.0, 0.0}, 0.1});
   ASSERT_EQ(line.result, ControlResult::ok) << line.message;
   takt::pendant::JogLineResponse took;
   ASSERT_FALSE(takt::read_arguments("jog_line", line.values, took));
   const takt::Pose after =
       arm.forward_kinematics(joints_after(client, client.state().time + took.duration + 0.1));
   EXPECT_LT((after.p - (before.p - 0.02 * before.R.col(2))).norm(), 1e-6);
-  const Eigen::Matrix3d turned = before.R * Eigen::AngleAxisd(0.2, Eigen::Vector3d::UnitX()).toRotationMatrix();
+  const Eigen::Matrix3d turned =
+      before.R * Eigen::AngleAxisd(0.2, Eigen::Vector3d::UnitX()).toRotationMatrix();
   EXPECT_LT((after.R - turned).norm(), 1e-6);
 
   // Beyond a joint's range nothing moves, and the sentence names the joint.
@@ -97,16 +95,17 @@ TEST(Pendant, LeavesATargetThatAnotherSenderOwnsAlone) {
   EXPECT_EQ(ask(pendant, takt::pendant::StopJogging{"Robot9"}).result, ControlResult::not_found);
 
   // A target without an owner gets it as its owner, until it leaves by itself.
-  EXPECT_EQ(ask(pendant, takt::pendant::CommandGripper{"Gripper2", takt::GripperAction::close, 0.0, 0.0}).result,
-            ControlResult::ok);
+  EXPECT_EQ(
+      ask(pendant, takt::pendant::CommandGripper{"Gripper2", takt::GripperAction::close, 0.0, 0.0}).result,
+      ControlResult::ok);
   const auto owns = [](const Status& s) {
     for (const auto& [target, sender] : s.owners)
       if (target == "Gripper2" && sender.starts_with("pendant-")) return true;
     return false;
   };
   EXPECT_TRUE(client.wait_for(takt::topics::status, owns, kGenerous));
-  EXPECT_TRUE(client.wait_for(takt::topics::state,
-                              [](const State& s) { return s.gripper("Gripper2").closed; }, kGenerous));
+  EXPECT_TRUE(client.wait_for(
+      takt::topics::state, [](const State& s) { return s.gripper("Gripper2").closed; }, kGenerous));
   EXPECT_TRUE(client.wait_for(
       takt::topics::status, [&](const Status& s) { return !owns(s); }, kGenerous));
 }

@@ -1,12 +1,14 @@
 // What one does on the page, by mouse and by key: robots are jogged, grippers commanded, a Part is moved while the cell stands,
 // scenarios, snapshots and logs come from the menu. The state on DDS is the witness.
 import {strict as assert} from 'node:assert';
+import {cpSync, readFileSync} from 'node:fs';
 import {findings} from './axe.mjs';
 import {chromium, executable, visit} from './browser.mjs';
-import {program, scenario, server, sources, start, stop, takt, view} from './processes.mjs';
+import {program, sources, start, stop, takt, view} from './processes.mjs';
 
 const browser = await chromium.launch(executable());
-const running = await server('--snapshots', 'snapshots', '--recordings', 'recordings', '--scenarios', `${sources}/config/scenarios`);
+cpSync(`${sources}/config`, 'config', {recursive: true});
+const running = await start('takt-server', ['config/scenarios/block_assembly.yaml', '--cell', process.env.TAKT_CELL, '--snapshots', 'snapshots', '--recordings', 'recordings', '--scenarios', 'config/scenarios', '--edit']);
 const {child: bridge, url} = await view();
 const first = await visit(browser, url, {width: 1400, height: 900});
 const {page, until, ask} = first;
@@ -163,6 +165,43 @@ await page.locator('#scenario-file').press('Enter');
 await until(() => /nothing\.yaml/.test(document.querySelector('#menu-answer').textContent));
 assert.equal(await ask(() => takt.last.description.scenario), 'gear_on_shaft');
 await page.keyboard.press('Escape');
+
+stage('editor');
+await page.locator('#cell').focus();
+await page.keyboard.press('y');
+await page.locator('#editor .cm-content').waitFor();
+await until(() => document.querySelector('#editor .cm-content').textContent.includes('gear_on_shaft'));
+// A wrong value is marked at its line, by the reader of the server; the file stays.
+const editor = page.locator('#editor .cm-content');
+await editor.press('Control+Home');
+await page.keyboard.type('takt_scenarios: 1\n');
+await until(() => /^line 1: .*takt_scenarios/.test(document.querySelector('#editor-answer').textContent));
+await page.locator('#editor .cm-lintRange-error').first().waitFor();
+await shot('editor');
+await page.click('#editor-save');
+await until(() => document.querySelector('#editor-answer').className === 'fault');
+assert.ok(!readFileSync('config/scenarios/gear_on_shaft.yaml', 'utf8').includes('takt_scenarios'));
+await editor.press('Control+Home');
+await page.keyboard.press('Control+Delete');
+await page.keyboard.press('Shift+End');
+await page.keyboard.press('Delete');
+await page.keyboard.press('Delete');
+// Keys are completed, and the new text is loaded.
+await editor.press('Control+End');
+await page.keyboard.type('\ncsv_pe');
+await page.locator('.cm-tooltip-autocomplete li', {hasText: 'csv_period_s'}).waitFor();
+await page.waitForTimeout(100);  // CodeMirror takes no key for a list that has just come
+await page.keyboard.press('Enter');
+await page.keyboard.type('0.02');
+await until(() => document.querySelector('#editor-answer').textContent === 'valid');
+const generation = await ask(() => takt.last.description.scenario_generation);
+await page.keyboard.press('Control+Enter');
+await until((before) => takt.last.description.scenario_generation > before, generation);
+assert.match(readFileSync('config/scenarios/gear_on_shaft.yaml', 'utf8'), /csv_period_s: 0\.02/);
+await page.click('#editor-close');
+assert.ok(await page.locator('#editor').isHidden());
+const foreign = await ask(() => takt.link.call('save_scenario_text', {text: 'takt_scenario: 1\nname: x\nparts:\n  A: {mesh: /etc/passwd, mass_kg: 1, hierarchy: 1}\n', only_check: true}));
+assert.match(foreign.message, /etc.passwd.*directory of scenarios/);
 
 stage('observer');
 const observer = await visit(browser, `${url}?observer`, {width: 1400, height: 900});

@@ -373,6 +373,14 @@ const inspector = new Inspector({ask, select, refusal: () => (playback ? 'A reco
 const tree = new SceneTree(select);
 const menu = new Menu({ask, refusal: () => inspector.refusal(), scenario: () => signals.description?.scenario});
 const mover = new Mover(cell, ({name, position, orientation}) => ask('set_entity_state', {entity: name, position, orientation}).catch(() => { if (last.state) cell.show(last.state); }));
+// The editor is loaded when it is first wanted.
+let editor = null;
+async function edit() {
+  if (!$('editor').hidden) { $('editor-close').click(); return; }
+  editor ??= (await import('./editor.js')).openEditor({ask, refusal: () => inspector.refusal(), closed: () => $('cell').focus()});
+  await editor.load();
+}
+$('edit').onclick = () => edit();
 // A Part has handles while they are asked for, it is selected and the cell stands.
 let moving = null;
 function handles() {
@@ -450,7 +458,7 @@ keyboard([
   [' ', 'run or pause', () => $(last.status?.state === SimulationState.playing ? 'pause' : 'play').click()], ['.', 'step', press('step')], ['R', 'reset', press('reset')],
   ['f', 'fit to the cell, or to what is selected', press('fit')], ['1', 'isometric', camera('iso')], ['2', 'front', camera('front')], ['3', 'right', camera('right')], ['4', 'top', camera('top')],
   ['o', 'orthographic or perspective', press('orthographic')], ['z', 'previous view', press('back')], ['m', 'measure between two points', press('measure')], ['g', 'move the selected Part', press('move')], ['h', 'turn the selected Part', press('turn')],
-  [Object.keys(STEPS), 'move it by 1 mm or 1°, with Shift by ten', nudge, () => moving && mover.handles.object], ['n', 'scenario, snapshots, recording', press('menu')], ['Escape', 'select nothing', () => select(null)],
+  [Object.keys(STEPS), 'move it by 1 mm or 1°, with Shift by ten', nudge, () => moving && mover.handles.object], ['n', 'scenario, snapshots, recording', press('menu')], ['y', 'scenario file in the editor', press('edit')], ['Escape', 'select nothing', () => select(null)],
   ['c', 'colour by state', press('by-state')], ['e', 'edges', press('edges')], ['a', 'frames (axes)', press('frames')], ['/', 'find a component', () => { if (document.body.classList.contains('no-tree')) $('fold-tree').click(); $('find').focus(); }],
   ['t', 'scene tree', press('fold-tree')], ['i', 'inspector', press('fold-inspector')], ['b', 'timeline and curves', press('fold-bottom')], ['d', 'light or dark theme', press('theme')], ['?', 'this list', press('help')],
 ]);

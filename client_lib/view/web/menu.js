@@ -53,7 +53,8 @@ export class Menu {
       row.append(restore, make('span', `${age(seconds)}, ${size(bytes)}`));
       return row;
     }));
-    if (!answer.values) $('snapshot-files').replaceChildren(make('li', answer.message));
-    for (const id of ['save', 'restore-newest', 'snapshot-name']) $(id).disabled = !answer.values;
+    const kept = Array.isArray(answer.values?.snapshots);
+    if (!kept) $('snapshot-files').replaceChildren(make('li', answer.message));
+    for (const id of ['save', 'restore-newest', 'snapshot-name']) $(id).disabled = !kept;
   }
 }

@@ -1,11 +1,11 @@
 // The frame of the page: icons, theme, panels that fold, keys and their list.
-import {Box, FolderOpen, Keyboard, Maximize, Move3d, PanelBottom, PanelLeft, PanelRight, Pause, Play, Rotate3d, RotateCcw, Ruler, StepForward, SunMoon, Undo2, createElement} from 'lucide';
+import {Box, FileCode, FolderOpen, Keyboard, Maximize, Move3d, PanelBottom, PanelLeft, PanelRight, Pause, Play, Rotate3d, RotateCcw, Ruler, StepForward, SunMoon, Undo2, X, createElement} from 'lucide';
 import '@awesome.me/webawesome/dist/styles/themes/default.css';
 import '@awesome.me/webawesome/dist/components/dialog/dialog.js';
 import '@awesome.me/webawesome/dist/components/tree/tree.js';
 import '@awesome.me/webawesome/dist/components/tree-item/tree-item.js';
 
-const ICONS = {Box, FolderOpen, Keyboard, Maximize, Move3d, PanelBottom, PanelLeft, PanelRight, Pause, Play, Rotate3d, RotateCcw, Ruler, StepForward, SunMoon, Undo2};
+const ICONS = {Box, FileCode, FolderOpen, Keyboard, Maximize, Move3d, PanelBottom, PanelLeft, PanelRight, Pause, Play, Rotate3d, RotateCcw, Ruler, StepForward, SunMoon, Undo2, X};
 const PANELS = ['tree', 'inspector', 'bottom'];
 const $ = (id) => document.getElementById(id);
 

@@ -1,6 +1,8 @@
 #include "server/runtime/host/allowed_files.h"
 
 #include <algorithm>
+#include <functional>
+#include <set>
 #include <vector>
 
 #include "idl/common/mesh_path.h"
@@ -45,16 +47,14 @@ bool name_leaves(const std::string& name, const std::filesystem::path& scenarios
   return std::filesystem::exists(file, error) && !is_below(scenarios, file);
 }
 
-/// A value that names a file elsewhere; names in scenarios are relative to the scenario. The value is read as the
-/// scenario is: in YAML "\x2f" is a slash.
-bool value_leaves(const YAML::Node& value, const std::filesystem::path& scenarios,
-                  const std::filesystem::path& beside) {
+/// Whether `found` holds for one of the texts in the value, or there are too many.
+bool any_text(const YAML::Node& value, const std::function<bool(const std::string&)>& found) {
   std::vector<YAML::Node> pending{value};
   for (std::size_t looked = 0; !pending.empty(); ++looked) {
     if (looked > kMostValues) return true;  // aliases of aliases, or a list of the same
     const YAML::Node node = pending.back();
     pending.pop_back();
-    if (node.IsScalar() && name_leaves(node.Scalar(), scenarios, beside)) return true;
+    if (node.IsScalar() && found(node.Scalar())) return true;
     for (const auto& entry : node) {
       if (pending.size() > kMostValues) return true;
       if (node.IsMap()) {
@@ -66,6 +66,13 @@ bool value_leaves(const YAML::Node& value, const std::filesystem::path& scenario
     }
   }
   return false;
+}
+
+/// A value that names a file elsewhere; names in scenarios are relative to the scenario. The value is read as the
+/// scenario is: in YAML "\x2f" is a slash.
+bool value_leaves(const YAML::Node& value, const std::filesystem::path& scenarios,
+                  const std::filesystem::path& beside) {
+  return any_text(value, [&](const std::string& name) { return name_leaves(name, scenarios, beside); });
 }
 
 /// An override without a readable value is refused where it is applied.
@@ -110,6 +117,35 @@ std::string confine(requests::Any& request, const std::filesystem::path& directo
     }
   }
   return regular(*uri);
+}
+
+std::string confine_text(const std::string& text, const std::filesystem::path& directory,
+                         const std::filesystem::path& scenario) {
+  if (directory.empty()) return {};
+  std::set<std::string> before;
+  try {
+    (void)any_text(load_yaml(scenario), [&](const std::string& name) { return before.insert(name), false; });
+  } catch (const ScenarioError&) {  // a file that cannot be read names none
+  }
+  std::string elsewhere;
+  const auto leaves = [&](const std::string& name) {
+    const std::filesystem::path file = scenario.parent_path() / name;
+    const auto too_long = [](const auto& level) { return level.native().size() > kLongestName_bytes; };
+    if (before.contains(name) || std::any_of(file.begin(), file.end(), too_long)) return false;
+    std::error_code none;
+    const bool names_file = name.find('/') != std::string::npos || name.find("..") != std::string::npos ||
+                            std::filesystem::exists(file, none);
+    if (!names_file || is_below(directory, file)) return false;
+    elsewhere = name;
+    return true;
+  };
+  try {
+    if (any_text(parse_yaml(text), leaves))
+      return "The text names the file '" + elsewhere.substr(0, 200) +
+             "', which is not below the directory of scenarios and which the scenario did not name so far.";
+  } catch (const YAML::Exception&) {  // the reader has the sentence
+  }
+  return {};
 }
 
 std::filesystem::path file_of_uri(std::string uri) {

@@ -34,6 +34,7 @@ bool includes_spawned(const requests::Reset& request) {
 CellHost::CellHost(HostOptions options)
     : options_(std::move(options)),
       slot_(options_, outbound_, [this] { return jobs_.stopping(); }),
+      text_(options_, slot_),
       snapshots_(options_, slot_, *outbound_),
       recordings_(options_, slot_, *outbound_),
       jobs_(outbound_, [this](const HostJobs::Job& job) { return execute_job(job); }) {

@@ -24,6 +24,7 @@
 #include "server/runtime/host/host_options.h"
 #include "server/runtime/host/recordings.h"
 #include "server/runtime/host/scenario_slot.h"
+#include "server/runtime/host/scenario_text.h"
 #include "server/runtime/host/snapshots.h"
 #include "server/runtime/loop/run_loop.h"
 #include "server/runtime/requests/outbound_queue.h"
@@ -92,6 +93,8 @@ class CellHost {
   Outcome<requests::SpawnEntity> execute(const requests::SpawnEntity& request);
   Outcome<requests::DeleteEntity> execute(const requests::DeleteEntity& request);
   Outcome<requests::SaveSnapshot> execute(const requests::SaveSnapshot& r) { return snapshots_.save(r); }
+  Outcome<requests::GetScenarioText> execute(const requests::GetScenarioText&) { return text_.get(); }
+  Outcome<requests::SaveScenarioText> execute(const requests::SaveScenarioText& r) { return text_.save(r); }
   Outcome<requests::GetSnapshots> execute(const requests::GetSnapshots&) { return snapshots_.list(); }
   Outcome<requests::RestoreSnapshot> execute(const requests::RestoreSnapshot& r) {
     return snapshots_.restore(r);
@@ -124,6 +127,7 @@ class CellHost {
   std::function<void()> on_quit_;
   std::atomic<bool> announces_{false};
   ScenarioSlot slot_;
+  const ScenarioText text_;
   Snapshots snapshots_;
   Recordings recordings_;
   HostJobs jobs_;  ///< its thread uses all of the above

@@ -23,6 +23,7 @@ struct HostOptions {
   std::filesystem::path log{};         ///< recording from the start; empty: without
   std::filesystem::path recordings{};  ///< directory of recordings by request; empty: they are refused
   std::filesystem::path scenarios{};   ///< the files that clients may name; empty: any (allowed_files.h)
+  bool edit = false;                   ///< clients may replace the file of the loaded scenario
   std::string version{};               ///< of the server, for recordings
   std::shared_ptr<FmuOpener> fmus{};   ///< none: scenarios with FMUs are refused
   /// Where package://PACKAGE/PATH in URDF files is searched (server/scenario/ros_packages.h).
