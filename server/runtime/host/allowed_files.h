@@ -13,6 +13,9 @@ namespace takt {
 /// refused with and without a directory.
 std::string confine(requests::Any& request, const std::filesystem::path& directory);
 
+/// The same for the name of one file or directory.
+std::string confine(std::string& uri, const std::filesystem::path& directory);
+
 /// Without file:// in front.
 std::filesystem::path file_of_uri(std::string uri);
 

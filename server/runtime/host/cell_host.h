@@ -72,6 +72,8 @@ class CellHost {
   std::optional<LoopStatus> idle_status() const;
   /// The loop of the loaded scenario or nullptr; valid until a request exchanges it.
   RunLoop* loop() const;
+  /// What clients say about its entities; nullptr: no scenario is loaded.
+  std::shared_ptr<const EntityInfos> entity_infos() const;
   /// Its simulation: to be touched only when the loop has ended.
   const Simulation* simulation() const;
 
@@ -81,11 +83,16 @@ class CellHost {
   // Executed at once, in any thread.
   Outcome<requests::GetFeatures> execute(const requests::GetFeatures& request) const;
   Outcome<requests::GetEntities> execute(const requests::GetEntities& request) const;
+  Outcome<requests::SetEntityInfo> execute(const requests::SetEntityInfo& request) const;
+  Outcome<requests::GetNamedPoses> execute(const requests::GetNamedPoses& request) const;
+  Outcome<requests::GetScenario> execute(const requests::GetScenario& request) const;
   Outcome<requests::WatchPressures> execute(const requests::WatchPressures& request) const;
   // Executed in any thread while no scenario is loaded; all other requests of the loop are refused.
   Outcome<requests::GetState> execute(const requests::GetState& request) const;
   Outcome<requests::SetState> execute(const requests::SetState& request) const;
   // The host's thread.
+  Outcome<requests::GetScenarios> execute(const requests::GetScenarios& request) const;
+  Outcome<requests::GetSpawnables> execute(const requests::GetSpawnables& request) const;
   Outcome<requests::LoadScenario> execute(const requests::LoadScenario& request);
   Outcome<requests::ReloadScenario> execute(const requests::ReloadScenario& request);
   Outcome<requests::UnloadScenario> execute(const requests::UnloadScenario& request);
