@@ -157,6 +157,12 @@ Outcome<requests::SetEntityInfo> CellHost::execute(const requests::SetEntityInfo
   return request.entity + " is described so for every client.";
 }
 
+Outcome<requests::ReportGateway> CellHost::execute(const requests::ReportGateway& request) {
+  if (gateways_.report(request, monotonic_now_ns())) return "The status has it.";
+  return Refusal{ControlResult::failed, "The status has " + std::to_string(Gateways::kMost) +
+                                            " gateways already; no more are possible."};
+}
+
 Outcome<requests::GetNamedPoses> CellHost::execute(const requests::GetNamedPoses&) const {
   const auto loaded = slot_.loaded();
   if (!loaded) return nothing_loaded();

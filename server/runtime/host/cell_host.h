@@ -20,6 +20,7 @@
 #include <variant>
 #include <vector>
 
+#include "server/runtime/host/gateways.h"
 #include "server/runtime/host/host_jobs.h"
 #include "server/runtime/host/host_options.h"
 #include "server/runtime/host/recordings.h"
@@ -70,6 +71,8 @@ class CellHost {
   bool announces() const { return announces_.load(); }
   /// Status while no scenario is loaded; else std::nullopt.
   std::optional<LoopStatus> idle_status() const;
+  /// Those that have reported themselves lately; the end of others becomes an event.
+  std::vector<requests::ReportGateway> gateways() { return gateways_.present(monotonic_now_ns()); }
   /// The loop of the loaded scenario or nullptr; valid until a request exchanges it.
   RunLoop* loop() const;
   /// What clients say about its entities; nullptr: no scenario is loaded.
@@ -84,6 +87,7 @@ class CellHost {
   Outcome<requests::GetFeatures> execute(const requests::GetFeatures& request) const;
   Outcome<requests::GetEntities> execute(const requests::GetEntities& request) const;
   Outcome<requests::SetEntityInfo> execute(const requests::SetEntityInfo& request) const;
+  Outcome<requests::ReportGateway> execute(const requests::ReportGateway& request);
   Outcome<requests::GetNamedPoses> execute(const requests::GetNamedPoses& request) const;
   Outcome<requests::GetScenario> execute(const requests::GetScenario& request) const;
   Outcome<requests::WatchPressures> execute(const requests::WatchPressures& request) const;
@@ -129,6 +133,7 @@ class CellHost {
   const std::shared_ptr<OutboundQueue> outbound_ = std::make_shared<OutboundQueue>();
   std::function<void()> on_quit_;
   std::atomic<bool> announces_{false};
+  Gateways gateways_{outbound_->events};
   ScenarioSlot slot_;
   Snapshots snapshots_;
   Recordings recordings_;
