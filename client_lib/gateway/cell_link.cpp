@@ -34,6 +34,7 @@ CellLink::CellLink(Client& client, CellLinkOptions options, const std::vector<st
       options_(std::move(options)),
       info_(client.cell()),
       sender_(client),
+      reporter_(client, options_.name, options_.protocol, targets),
       states_(client, [this](const State& state) { sender_.instant(state.time); }),
       targets_(targets) {
   options_.period_s = std::max(options_.period_s, info_->step_size);

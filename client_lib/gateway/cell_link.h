@@ -12,6 +12,7 @@
 
 #include "client_lib/client.h"
 #include "client_lib/gateway/command_sender.h"
+#include "client_lib/gateway/gateway_reporter.h"
 #include "client_lib/gateway/latest_state.h"
 
 namespace takt::gateway {
@@ -21,6 +22,7 @@ void report(const std::string& gateway, const std::string& sentence);
 
 struct CellLinkOptions {
   std::string name;         ///< of the controller in events and status
+  std::string protocol;     ///< in the status
   double period_s = 0.002;  ///< of the protocol's cycle
   /// Largest wall time between two instants (99 %) at which the protocol works.
   double most_interval_s = 0.02;
@@ -42,6 +44,8 @@ class CellLink {
   std::shared_ptr<const CellInfo> cell() const { return info_; }
   std::shared_ptr<const State> state() const { return states_.get(); }
   CommandSender& sender() { return sender_; }
+  /// For the status of the cell; at any rate.
+  void report(PeerStatus peer) { reporter_.set(std::move(peer)); }
   /// Of the set-points: at least one step of the cell.
   double period_s() const { return options_.period_s; }
 
@@ -60,6 +64,7 @@ class CellLink {
   CellLinkOptions options_;
   std::shared_ptr<const CellInfo> info_;
   CommandSender sender_;
+  GatewayReporter reporter_;
   LatestState states_;
   std::vector<std::string> targets_;
   std::atomic<bool> plays_ = false;

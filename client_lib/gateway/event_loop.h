@@ -58,6 +58,9 @@ struct Endpoint {
   std::uint16_t port = 0;
   bool operator==(const Endpoint&) const = default;
 };
+inline std::string address_text(const Endpoint& endpoint) {
+  return endpoint.address + " port " + std::to_string(endpoint.port);
+}
 
 class UdpSocket {
  public:

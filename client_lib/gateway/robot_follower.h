@@ -77,9 +77,8 @@ class RobotFollower {
   /// Only one controller is followed until it is silent.
   bool accepts(const Endpoint& from) {
     if (!peer_ || from == *peer_ || silent_) return true;
-    report_("foreign", "A datagram from " + from.address + " port " + std::to_string(from.port) +
-                           " is ignored; this robot follows " + peer_->address + " port " +
-                           std::to_string(peer_->port) + ".");
+    report_("foreign", "A datagram from " + address_text(from) + " is ignored; this robot follows " +
+                           address_text(*peer_) + ".");
     return false;
   }
   /// A controller begins, or begins again.
@@ -89,6 +88,8 @@ class RobotFollower {
     silent_ = false;
     resynchronise();
   }
+  /// Address of the controller that is followed; empty: none has come so far.
+  std::string peer() const { return peer_ ? address_text(*peer_) : std::string(); }
   /// The controller's next positions may be anywhere.
   void resynchronise() {
     resynchronisation_.restart();

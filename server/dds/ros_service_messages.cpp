@@ -1,16 +1,16 @@
 #include "server/dds/ros_service_messages.h"
 
-#include <regex.h>
-
 #include <algorithm>
 #include <filesystem>
-#include <limits>
 #include <optional>
+#include <tuple>
 
+#include "idl/common/cdr.h"
 #include "idl/common/frames.h"
 #include "idl/common/stamp.h"
 #include "idl/common/text.h"
 #include "idl/common/utf8.h"
+#include "server/dds/ros_filters.h"
 
 namespace takt::ros {
 namespace {
@@ -21,11 +21,16 @@ namespace msg = simulation_interfaces::msg;
 enum Feature : std::uint16_t {
   kSpawning = 0,
   kDeleting = 1,
+  kNamedPoses = 2,
+  kPoseBounds = 3,
+  kEntityTags = 4,
   kEntityBounds = 5,
   kEntityCategories = 8,
   kEntityStateGetting = 10,
   kEntityStateSetting = 11,
   kEntityInfoGetting = 12,
+  kEntityInfoSetting = 13,
+  kSpawnables = 14,
   kReset = 20,
   kResetTime = 21,
   kResetState = 22,
@@ -37,11 +42,16 @@ enum Feature : std::uint16_t {
   kStepMultiple = 32,
   kStepAction = 33,
   kWorldLoading = 40,
+  kWorldTags = 42,
   kWorldUnloading = 43,
+  kWorldInfoGetting = 44,
+  kAvailableWorlds = 45,
   kSpawningEntities = 50,
 };
-// Of EntityCategory.msg.
-enum Category : std::uint8_t { kObject = 0, kRobot = 1, kStaticObject = 5 };
+/// Ahead of the name of a Part, in the uri of an entity to spawn.
+constexpr std::string_view kCopy = "copy_of:";
+/// Behind a mesh file, so that the uri of a spawnable can be called as it is.
+constexpr const char* kUsualMass = "?mass=1";
 
 template <Request Type>
 Question plain(const Type& request) {
@@ -65,6 +75,11 @@ takt_msgs::msg::Quaternion orientation_of(const geometry_msgs::msg::Pose& pose) 
   if (q.x == 0.0 && q.y == 0.0 && q.z == 0.0 && q.w == 0.0) return {};
   return {q.x, q.y, q.z, q.w};
 }
+bool has_extension(const std::string& uri, const std::vector<std::string>& extensions) {
+  const std::string extension = lower_text(std::filesystem::path(uri).extension().string());
+  return std::any_of(extensions.begin(), extensions.end(),
+                     [&](const std::string& one) { return extension == "." + one; });
+}
 bool is_world(const std::string& frame) {
   return frame.empty() || frame == kWorldFrame;
 }
@@ -73,53 +88,27 @@ Question wrong_frame(const std::string& frame) {
                                                  "' is not known here; poses are in the frame 'world'."};
 }
 
-std::uint8_t category_number(ComponentType type) {
-  return type == ComponentType::part ? kObject : type == ComponentType::gripper ? kRobot : kStaticObject;
-}
-
-/// Lines: the expression, then the digits of the categories.
-std::string filter_note(const msg::EntityFilters& filters) {
-  std::string note = filters.filter + "\n";
-  for (const auto& category : filters.categories) note += static_cast<char>('0' + category.category % 10);
+/// A message as a note for the response.
+std::string note_of(const auto& message) {
+  std::string note;
+  (void)cdr::write(message, note);
   return note;
 }
+template <typename Message>
+Message noted(const std::string& note) {
+  Message message;
+  (void)cdr::read({reinterpret_cast<const std::uint8_t*>(note.data()), note.size()}, message);
+  return message;
+}
 
-class Expression {
- public:
-  explicit Expression(const std::string& pattern) {
-    good_ = regcomp(&compiled_, pattern.c_str(), REG_EXTENDED | REG_NOSUB) == 0;
-  }
-  ~Expression() {
-    if (good_) regfree(&compiled_);
-  }
-  Expression(const Expression&) = delete;
-  Expression& operator=(const Expression&) = delete;
-  bool good() const { return good_; }
-  bool matches(const std::string& name) const {
-    return regexec(&compiled_, name.c_str(), 0, nullptr, 0) == 0;
-  }
+msg::Bounds box_bounds(const auto& lower, const auto& upper) {
+  constexpr std::uint8_t kBox = 1;
+  return {kBox, {{upper.x, upper.y, upper.z}, {lower.x, lower.y, lower.z}}};
+}
 
- private:
-  regex_t compiled_{};
-  bool good_ = false;
-};
-
-/// The entities that a filter_note() means.
-class Choice {
- public:
-  explicit Choice(const std::string& note)
-      : split_(note.find('\n')), expression_(note.substr(0, split_)), categories_(note.substr(split_ + 1)) {}
-  bool has(const std::string& name, ComponentType type) const {
-    const char category = static_cast<char>('0' + category_number(type));
-    if (!categories_.empty() && categories_.find(category) == std::string::npos) return false;
-    return split_ == 0 || (expression_.good() && expression_.matches(name));
-  }
-
- private:
-  std::size_t split_;
-  Expression expression_;
-  std::string categories_;
-};
+msg::WorldResource world_of(const auto& scenario) {
+  return {scenario.scenario, {scenario.uri, ""}, scenario.description, scenario.tags};
+}
 
 msg::Result result_with(ControlResult result, std::string message = {}) {
   return {static_cast<std::uint8_t>(result), std::move(message)};
@@ -147,8 +136,7 @@ geometry_msgs::msg::Vector3 ros_vector(const Vec3& v) {
 
 void answer(const Instant& now, const srv::GetEntitiesStates_Request& request,
             srv::GetEntitiesStates_Response& response) {
-  const Question question = ask(srv::GetEntities_Request{request.filters});
-  if (const auto* refusal = std::get_if<Refusal>(&question)) {
+  if (const auto refusal = fault_of(request.filters)) {
     response.result = result_with(refusal->result, refusal->message);
     return;
   }
@@ -157,10 +145,10 @@ void answer(const Instant& now, const srv::GetEntitiesStates_Request& request,
     return;
   }
   response.result = result_with(ControlResult::ok);
-  const Choice choice(std::get<Asked>(question).note);
+  const EntityChoice choice(request.filters);
   for (std::size_t i = 0; i < now.cell->components.size(); ++i) {
     const ComponentDescription& component = now.cell->components[i];
-    if (!choice.has(component.name, component.type)) continue;
+    if (!choice.has(now.infos->of(component))) continue;
     const ComponentSample& sample = now.snapshot->components[i];
     auto& state = response.states.emplace_back();
     response.entities.push_back(component.name);
@@ -177,32 +165,22 @@ void answer(const Instant& now, const srv::GetEntityInfo_Request& request,
             srv::GetEntityInfo_Response& response) {
   const int found = find_entity(now, request.entity, response.result);
   if (found < 0) return;
-  const ComponentDescription& component = now.cell->components[static_cast<std::size_t>(found)];
-  response.info.category.category = category_number(component.type);
-  response.info.description = std::string(to_string(component.type));
-  if (component.type == ComponentType::part)
-    response.info.description +=
-        " of " + number_text(component.mass_kg) + " kg, hierarchy " + std::to_string(component.hierarchy);
+  requests::EntityInfo info = now.infos->of(now.cell->components[static_cast<std::size_t>(found)]);
+  response.info.category.category = static_cast<std::uint8_t>(info.category);
+  response.info.description = std::move(info.description);
+  response.info.tags = std::move(info.tags);
 }
 
 void answer(const Instant& now, const srv::GetEntityBounds_Request& request,
             srv::GetEntityBounds_Response& response) {
   const int found = find_entity(now, request.entity, response.result);
   if (found < 0) return;
-  const auto& vertices = now.cell->components[static_cast<std::size_t>(found)].mesh->vertices;
-  if (vertices.size() < 3) {
+  const auto box = now.cell->components[static_cast<std::size_t>(found)].box();
+  if (!box) {
     response.result = result_with(ControlResult::failed, "The entity has no mesh.");
     return;
   }
-  Vec3 lower = Vec3::Constant(std::numeric_limits<double>::infinity()), upper = -lower;
-  for (std::size_t i = 0; i + 2 < vertices.size(); i += 3) {
-    const Vec3 vertex(vertices[i], vertices[i + 1], vertices[i + 2]);
-    lower = lower.cwiseMin(vertex);
-    upper = upper.cwiseMax(vertex);
-  }
-  constexpr std::uint8_t kBox = 1;
-  response.bounds.type = kBox;
-  response.bounds.points = {ros_vector(upper), ros_vector(lower)};
+  response.bounds = box_bounds(ros_vector((*box)[0]), ros_vector((*box)[1]));
 }
 
 simulation_interfaces::msg::Result result_of(const ControlReply& reply) {
@@ -229,7 +207,12 @@ Question ask(const srv::ResetSimulation_Request& request) {
 }
 Question ask(const srv::LoadWorld_Request& request) {
   const auto& resource = request.world_resource;
-  if (!resource.uri.empty()) return plain(requests::LoadScenario{.uri = resource.uri});
+  if (!resource.uri.empty()) {
+    if (has_extension(resource.uri, {"yaml", "yml"}))
+      return plain(requests::LoadScenario{.uri = resource.uri});
+    return Refusal{ControlResult::unsupported_world_format,
+                   "'" + resource.uri.substr(0, 200) + "' is no scenario file; allowed is NAME.yaml."};
+  }
   if (resource.resource_string.empty())
     return Refusal{ControlResult::uri_missing, "The uri of a scenario file is missing."};
   return Refusal{ControlResult::unsupported,
@@ -240,22 +223,36 @@ Question ask(const srv::UnloadWorld_Request&) {
   return plain(requests::UnloadScenario{});
 }
 
+Question ask(const srv::GetAvailableWorlds_Request& request) {
+  if (auto refusal = fault_of(request.filter)) return *std::move(refusal);
+  return Asked{control_request(requests::GetScenarios{.sources = request.additional_sources,
+                                                      .continue_on_error = request.continue_on_error}),
+               note_of(request.filter)};
+}
+Question ask(const srv::GetCurrentWorld_Request&) {
+  return plain(requests::GetScenario{});
+}
+Question ask(const srv::GetNamedPoses_Request& request) {
+  if (auto refusal = fault_of(request.tags)) return *std::move(refusal);
+  return Asked{control_request(requests::GetNamedPoses{}), note_of(request.tags)};
+}
+Question ask(const srv::GetNamedPoseBounds_Request& request) {
+  return Asked{control_request(requests::GetNamedPoses{}), request.name};
+}
+Question ask(const srv::GetSpawnables_Request& request) {
+  return plain(requests::GetSpawnables{request.sources});
+}
+
 Question ask(const srv::GetEntities_Request& request) {
-  const auto& filters = request.filters;
-  constexpr std::size_t kLongest = 200;
-  if (!filters.tags.tags.empty())
-    return Refusal{ControlResult::unsupported, "Components have no tags here; leave that filter empty."};
-  if (!filters.bounds.points.empty())
-    return Refusal{ControlResult::unsupported, "There is no filter by bounds here; leave it empty."};
-  const std::string& pattern = filters.filter;
-  if (pattern.size() > kLongest || pattern.find_first_of("{\n") != std::string::npos)
-    return Refusal{ControlResult::unsupported,
-                   "A filter is a POSIX extended regular expression of at most 200 characters, without "
-                   "repetition counts in braces."};
-  if (!Expression(pattern).good())
-    return Refusal{ControlResult::failed,
-                   "The filter '" + pattern + "' is no POSIX extended regular expression."};
-  return Asked{control_request(requests::GetEntities{}), filter_note(filters)};
+  if (auto refusal = fault_of(request.filters)) return *std::move(refusal);
+  return Asked{control_request(requests::GetEntities{}), note_of(request.filters)};
+}
+Question ask(const srv::SetEntityInfo_Request& request) {
+  return plain(
+      requests::SetEntityInfo{.entity = request.entity,
+                              .category = static_cast<EntityCategory>(request.info.category.category),
+                              .description = request.info.description,
+                              .tags = request.info.tags});
 }
 Question ask(const srv::GetEntityState_Request& request) {
   return plain(requests::GetEntityState{request.entity});
@@ -280,7 +277,6 @@ Question ask(const srv::SetEntityState_Request& request) {
 }
 
 Question ask(const srv::SpawnEntity_Request& request) {
-  constexpr std::string_view kCopy = "copy_of:";
   if (!is_world(request.initial_pose.header.frame_id))
     return wrong_frame(request.initial_pose.header.frame_id);
   if (!request.entity_namespace.empty())
@@ -309,6 +305,12 @@ Question ask(const srv::SpawnEntity_Request& request) {
     wanted.copy_of = resource.substr(kCopy.size());
     if (find_name) wanted.name = *wanted.copy_of;
   } else {
+    const std::vector<std::string> formats = features().spawn_formats;
+    // Of a node FILE.glb#NODE the extension is that of the file.
+    if (!has_extension(resource, formats) && !has_extension(resource.substr(0, resource.find('#')), formats))
+      return Refusal{ControlResult::unsupported_spawn_format,
+                     "'" + resource.substr(0, 200) + "' is no mesh file; its extension is one of " +
+                         list_names(formats) + ", or the uri is copy_of:NAME."};
     wanted.uri = resource;
     if (find_name) wanted.name = std::filesystem::path(resource).stem().string();
   }
@@ -348,16 +350,34 @@ void respond(const ControlReply& reply, const std::string&, srv::GetSimulatorFea
   const auto known =
       response_of<requests::GetFeaturesResponse>(reply).value_or(requests::GetFeaturesResponse{});
   auto& features = response.features;
-  features.features = {kSpawning,           kDeleting,
-                       kEntityBounds,       kEntityCategories,
-                       kEntityStateGetting, kEntityStateSetting,
-                       kEntityInfoGetting,  kReset,
-                       kResetTime,          kResetState,
-                       kResetSpawned,       kStateGetting,
-                       kStateSetting,       kPause,
-                       kStepSingle,         kStepMultiple,
-                       kStepAction,         kWorldLoading,
-                       kWorldUnloading,     kSpawningEntities};
+  features.features = {kSpawning,
+                       kDeleting,
+                       kNamedPoses,
+                       kPoseBounds,
+                       kEntityTags,
+                       kEntityBounds,
+                       kEntityCategories,
+                       kEntityStateGetting,
+                       kEntityStateSetting,
+                       kEntityInfoGetting,
+                       kEntityInfoSetting,
+                       kSpawnables,
+                       kReset,
+                       kResetTime,
+                       kResetState,
+                       kResetSpawned,
+                       kStateGetting,
+                       kStateSetting,
+                       kPause,
+                       kStepSingle,
+                       kStepMultiple,
+                       kStepAction,
+                       kWorldLoading,
+                       kWorldTags,
+                       kWorldUnloading,
+                       kWorldInfoGetting,
+                       kAvailableWorlds,
+                       kSpawningEntities};
   features.spawn_formats = known.spawn_formats;
   features.custom_info = reply.message + " Further requests by the service 'control':";
   for (const std::string& request : known.requests) features.custom_info += " " + request;
@@ -369,18 +389,66 @@ void respond(const ControlReply& reply, const std::string&, srv::GetSimulationSt
 }
 void respond(const ControlReply& reply, const std::string&, srv::LoadWorld_Response& response) {
   response.result = result_of(reply);
-  const auto loaded = response_of<requests::LoadScenarioResponse>(reply);
-  if (!loaded) return;
-  response.world.name = loaded->scenario;
-  response.world.world_resource.uri = loaded->uri;
+  if (const auto loaded = response_of<requests::LoadScenarioResponse>(reply))
+    response.world = world_of(*loaded);
+}
+void respond(const ControlReply& reply, const std::string&, srv::GetCurrentWorld_Response& response) {
+  response.result = result_of(reply);
+  if (const auto loaded = response_of<requests::GetScenarioResponse>(reply))
+    response.world = world_of(*loaded);
+}
+void respond(const ControlReply& reply, const std::string& note, srv::GetAvailableWorlds_Response& response) {
+  response.result = result_of(reply);
+  const auto listed = response_of<requests::GetScenariosResponse>(reply);
+  if (!listed) return;
+  const auto filter = noted<msg::TagsFilter>(note);
+  for (const requests::ScenarioFile& scenario : listed->scenarios)
+    if (matches(filter, scenario.tags)) response.worlds.push_back(world_of(scenario));
+}
+void respond(const ControlReply& reply, const std::string& note, srv::GetNamedPoses_Response& response) {
+  response.result = result_of(reply);
+  const auto named = response_of<requests::GetNamedPosesResponse>(reply);
+  if (!named) return;
+  const auto filter = noted<msg::TagsFilter>(note);
+  for (const requests::NamedPose& pose : named->poses) {
+    if (!matches(filter, pose.tags)) continue;
+    const auto& [p, q] = std::tie(pose.position, pose.orientation);
+    response.poses.push_back(
+        {pose.name, pose.description, pose.tags, {{p.x, p.y, p.z}, {q.x, q.y, q.z, q.w}}});
+  }
+}
+void respond(const ControlReply& reply, const std::string& note, srv::GetNamedPoseBounds_Response& response) {
+  response.result = result_of(reply);
+  const auto named = response_of<requests::GetNamedPosesResponse>(reply);
+  if (!named) return;
+  const auto& poses = named->poses;
+  const auto found = std::find_if(poses.begin(), poses.end(), [&](const auto& p) { return p.name == note; });
+  if (found == poses.end()) {
+    response.result =
+        result_with(ControlResult::not_found, "There is no named pose '" + utf8_sanitize(note, 60) +
+                                                  "'; there are " + list_names(poses) + ".");
+  } else if (found->lower && found->upper) {
+    response.bounds = box_bounds(*found->lower, *found->upper);
+  }
+}
+void respond(const ControlReply& reply, const std::string&, srv::GetSpawnables_Response& response) {
+  response.result = result_of(reply);
+  const auto listed = response_of<requests::GetSpawnablesResponse>(reply);
+  if (!listed) return;
+  for (const requests::Spawnable& one : listed->spawnables) {
+    msg::Spawnable& spawnable = response.spawnables.emplace_back();
+    spawnable.entity_resource.uri = one.copy_of ? std::string(kCopy) + *one.copy_of : *one.uri + kUsualMass;
+    spawnable.description = one.description;
+    if (one.lower && one.upper) spawnable.spawn_bounds = box_bounds(*one.lower, *one.upper);
+  }
 }
 void respond(const ControlReply& reply, const std::string& note, srv::GetEntities_Response& response) {
   response.result = result_of(reply);
   const auto found = response_of<requests::GetEntitiesResponse>(reply);
   if (!found) return;
-  const Choice choice(note);
-  for (const auto& entity : found->entities)
-    if (choice.has(entity.name, entity.type)) response.entities.push_back(entity.name);
+  const EntityChoice choice(noted<msg::EntityFilters>(note));
+  for (const requests::EntityInfo& entity : found->entities)
+    if (choice.has(entity)) response.entities.push_back(entity.name);
 }
 void respond(const ControlReply& reply, const std::string&, srv::GetEntityState_Response& response) {
   response.result = result_of(reply);

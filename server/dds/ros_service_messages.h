@@ -1,6 +1,7 @@
 #pragma once
 // Conversion between the services of simulation_interfaces and the control vocabulary of takt: a request
 // becomes a ControlRequest (or is refused at once), a ControlReply becomes the response.
+#include <memory>
 #include <span>
 #include <string>
 #include <variant>
@@ -29,9 +30,15 @@ Question ask(const srv::StepSimulation_Request& request);
 Question ask(const srv::ResetSimulation_Request& request);
 Question ask(const srv::LoadWorld_Request& request);
 Question ask(const srv::UnloadWorld_Request& request);
-/// Names are matched by POSIX extended regular expressions without repetition counts, which could use
-/// unbounded memory.
+/// All sources are files of the server's machine, so that offline_only changes nothing.
+Question ask(const srv::GetAvailableWorlds_Request& request);
+Question ask(const srv::GetCurrentWorld_Request& request);
+Question ask(const srv::GetNamedPoses_Request& request);
+Question ask(const srv::GetNamedPoseBounds_Request& request);
+/// A mesh file becomes a uri with a mass of 1 kg, which the caller may change.
+Question ask(const srv::GetSpawnables_Request& request);
 Question ask(const srv::GetEntities_Request& request);
+Question ask(const srv::SetEntityInfo_Request& request);
 Question ask(const srv::GetEntityState_Request& request);
 Question ask(const srv::SetEntityState_Request& request);
 /// The resource's uri is a mesh file, or copy_of:NAME for another one of the Part NAME; behind a question
@@ -46,6 +53,7 @@ Question ask(const takt_msgs::srv::Control_Request& request);
 struct Instant {
   const CellDescription* cell = nullptr;
   const Snapshot* snapshot = nullptr;
+  std::shared_ptr<const EntityInfos> infos{};  ///< never null where something is answered
 };
 // Services that are no request of takt: answered from the newest instant. Bounds are a box in the entity's frame.
 void answer(const Instant& now, const srv::GetEntitiesStates_Request& request,
@@ -66,6 +74,12 @@ void respond(const ControlReply& reply, const std::string& note,
              srv::GetSimulatorFeatures_Response& response);
 void respond(const ControlReply& reply, const std::string& note, srv::GetSimulationState_Response& response);
 void respond(const ControlReply& reply, const std::string& note, srv::LoadWorld_Response& response);
+void respond(const ControlReply& reply, const std::string& note, srv::GetAvailableWorlds_Response& response);
+void respond(const ControlReply& reply, const std::string& note, srv::GetCurrentWorld_Response& response);
+void respond(const ControlReply& reply, const std::string& note, srv::GetNamedPoses_Response& response);
+/// A pose without bounds is unbounded: bounds of the type EMPTY.
+void respond(const ControlReply& reply, const std::string& note, srv::GetNamedPoseBounds_Response& response);
+void respond(const ControlReply& reply, const std::string& note, srv::GetSpawnables_Response& response);
 void respond(const ControlReply& reply, const std::string& note, srv::GetEntities_Response& response);
 void respond(const ControlReply& reply, const std::string& note, srv::GetEntityState_Response& response);
 void respond(const ControlReply& reply, const std::string& note, srv::SpawnEntity_Response& response);

@@ -190,6 +190,7 @@ void RosServices::serve(Participant& participant, const std::string& cell) {
     services_.push_back(
         std::make_unique<InstantService<Request, Response>>(*this, participant, cell + "/" + name));
   };
+  add.operator()<GetNamedPoseBounds_Request, GetNamedPoseBounds_Response>("get_named_pose_bounds");
   services_.push_back(std::make_unique<SpawnEntities>(*this, participant, cell + "/spawn_entities"));
   add_instant.operator()<GetEntitiesStates_Request, GetEntitiesStates_Response>("get_entities_states");
   add_instant.operator()<GetEntityInfo_Request, GetEntityInfo_Response>("get_entity_info");
@@ -278,8 +279,12 @@ void RosServices::write_replies(std::span<const ControlReply> replies, const ros
     if (waiting_.size() > kRemembered)
       waiting_.erase(waiting_.begin(), waiting_.end() - static_cast<std::ptrdiff_t>(kRemembered));
   }
+  if (due.empty()) return;
+  ros::Instant instant = present;
+  instant.infos = host_.entity_infos();
+  if (!instant.infos) instant.infos = std::make_shared<const EntityInfos>();
   for (Waiting& waiting : due)
-    waiting.call.service->write(waiting.call, sanitize(std::move(waiting.reply)), present);
+    waiting.call.service->write(waiting.call, sanitize(std::move(waiting.reply)), instant);
 }
 
 }  // namespace takt

@@ -158,6 +158,9 @@ void StatePublisher::write_status(const LoopStatus& status, const CellDescriptio
   takt_msgs::msg::Status message = to_message(status, cell);
   message.commands_rejected += commands_.rejected();
   message.owners = commands_.owners();
+  static_assert(field_info<takt_msgs::msg::Status>("gateways").bound == Gateways::kMost);
+  const auto gateways = host_.gateways();
+  message.gateways.assign(gateways.begin(), gateways.end());
   check(status_writer_->write(&message, dds::HANDLE_NIL));
 }
 

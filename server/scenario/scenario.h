@@ -154,10 +154,24 @@ struct ScenarioCollisionChecking {
   std::vector<ScenarioCheckedPair> ignore;
 };
 
-struct Scenario {
-  std::filesystem::path file;
+/// A pose that clients can ask for, e.g. a place to put a Part.
+struct ScenarioNamedPose {
   std::string name;
   std::string description;
+  std::vector<std::string> tags;
+  Pose X_WP;
+  std::optional<std::array<Vec3, 2>> bounds_m;  ///< room there, in the frame of the pose: lower, upper
+};
+
+/// What lists of scenario files show.
+struct ScenarioHeading {
+  std::string name;
+  std::string description;
+  std::vector<std::string> tags;
+};
+
+struct Scenario : ScenarioHeading {
+  std::filesystem::path file;
   double duration_s = 0.0;  ///< 0: open end
   double csv_period_s = 0.01;
   Vec3 gravity_m_per_s2{0.0, 0.0, -9.80665};
@@ -231,6 +245,7 @@ struct Scenario {
   ScenarioCollisionChecking collision_checking;
   std::filesystem::path controller_program;          ///< empty: without program
   std::map<std::string, double> program_parameters;  ///< instead of the program's own defaults
+  std::vector<ScenarioNamedPose> named_poses;
   std::vector<ScenarioReportTime> report_at;
   std::vector<ExpectedPose> expected;  ///< analytic poses at the end
   double expected_tolerance_m = kExpectedTolerance_m;
@@ -242,6 +257,8 @@ inline constexpr int kMinLevelOfDetail = 1;
 inline constexpr int kMaxLevelOfDetail = 3;
 
 void describe(Fields& f, Scenario& s);
+/// Its first keys alone.
+void describe(Fields& f, ScenarioHeading& s);
 
 /// Bounds of the hierarchy of a Part.
 inline constexpr int kMinHierarchy = 1;

@@ -381,17 +381,18 @@ void describe_solver(Fields& f, Scenario& s) {
             [&](Scenario::LevelSolver& own) { describe_level_solver(f, own, solver_names()); });
 }
 
+void describe_box(Fields& f, std::array<Vec3, 2>& box) {
+  f.field("lower", box[0], vector3("m"), "Lower corner.", kRequired);
+  f.field("upper", box[1], vector3("m"), "Upper corner.", kRequired);
+  f.check((box[0].array() < box[1].array()).all(), "", "a lower that is not below upper along every axis",
+          "{lower: [x, y, z], upper: [x, y, z]} with lower < upper");
+}
+
 void describe_world(Fields& f, Scenario& s) {
   f.field("gravity_m_per_s2", s.gravity_m_per_s2, vector3("m/s^2"), "Acceleration of gravity.");
   f.field("temperature_degC", s.temperature_degC, kTemperature_degC, "Temperature of the surroundings.");
   f.section("bounds_m", "Where parts may be; without it: around the cell, with room to spare.", s.bounds_m,
-            [&](std::array<Vec3, 2>& bounds) {
-              f.field("lower", bounds[0], vector3("m"), "Lower corner.", kRequired);
-              f.field("upper", bounds[1], vector3("m"), "Upper corner.", kRequired);
-              f.check((bounds[0].array() < bounds[1].array()).all(), "",
-                      "a lower that is not below upper along every axis",
-                      "{lower: [x, y, z], upper: [x, y, z]} with lower < upper");
-            });
+            [&](std::array<Vec3, 2>& bounds) { describe_box(f, bounds); });
   f.field("allow_overlap", s.allow_overlap, ListOf<NamePair>{{}, "a list of [NAME, NAME]"},
           "Pairs, names or patterns (*), that may stand inside each other at the start.", kNotInModel);
 }
@@ -426,13 +427,28 @@ void describe_sleeping(Fields& f, ScenarioSleeping& s) {
           "For how long, and no less than two steps.", kNotInModel);
 }
 
+const ListOf<Text> kTags{{}, "a list of words"};
+
 }  // namespace
 
-void describe(Fields& f, Scenario& s) {
+void describe(Fields& f, ScenarioNamedPose& s) {
+  f.field("description", s.description, Text{}, "One sentence.");
+  f.field("tags", s.tags, kTags, "Words by which clients choose poses.");
+  f.pose("pose", s.X_WP, "Pose in the world.");
+  f.section("bounds_m", "Room there, in the frame of the pose; without it: unbounded.", s.bounds_m,
+            [&](std::array<Vec3, 2>& bounds) { describe_box(f, bounds); });
+}
+
+void describe(Fields& f, ScenarioHeading& s) {
   int format = 1;
   f.field("takt_scenario", format, WholeRange{1, 1}, "Version of the format.", kRequired | kNotInModel);
   f.field("name", s.name, Text{}, "Name of the scenario.", kRequired | kNotInModel);
   f.field("description", s.description, Text{}, "One sentence.", kNotInModel);
+  f.field("tags", s.tags, kTags, "Words by which clients choose scenarios.", kNotInModel);
+}
+
+void describe(Fields& f, Scenario& s) {
+  describe(f, static_cast<ScenarioHeading&>(s));
   f.field("duration_s", s.duration_s, not_negative("s"), "Simulated duration of a run; 0: open end.",
           kNotInModel);
   f.field("csv_period_s", s.csv_period_s, positive("s"), "Period of recordings of takt-run.", kNotInModel);
@@ -473,6 +489,8 @@ void describe(Fields& f, Scenario& s) {
                 "Numbers that replace defaults of the program.", kNotInModel);
       },
       kNotInModel);
+  f.entries("named_poses", s.named_poses, "Poses that clients can ask for, e.g. places to put parts.",
+            "A named pose.", kNotInModel);
   f.list("report_at", s.report_at, "Instants whose poses and forces go into the report.",
          "a list of {name, time_s}", kNotInModel);
   f.section(

@@ -212,4 +212,14 @@ Scenario read_scenario(const std::filesystem::path& file, const ScenarioOptions&
   return scenario;
 }
 
+std::optional<ScenarioHeading> read_heading(const std::filesystem::path& file) {
+  const YAML::Node root = load_yaml(file);
+  if (!root.IsMap() || !root["takt_scenario"].IsDefined()) return std::nullopt;
+  const YamlSource source{file, {}};
+  Fields f(source, root);
+  ScenarioHeading heading;
+  describe(f, heading);
+  return heading;
+}
+
 }  // namespace takt

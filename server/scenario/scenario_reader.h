@@ -30,4 +30,7 @@ struct ScenarioOptions {
 /// Throws ScenarioError. Relative paths in the file are relative to it.
 Scenario read_scenario(const std::filesystem::path& file, const ScenarioOptions& options = {});
 
+/// std::nullopt where the file is YAML of another kind. Throws ScenarioError.
+std::optional<ScenarioHeading> read_heading(const std::filesystem::path& file);
+
 }  // namespace takt

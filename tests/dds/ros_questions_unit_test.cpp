@@ -27,8 +27,12 @@ TEST(RosQuestions, RequestsAboutWorldsNeedAFile) {
   expect_no(ask(load), ControlResult::uri_missing, "The uri of a scenario file is missing.");
   load.world_resource.resource_string = "takt_scenario: 1";
   expect_no(ask(load), ControlResult::unsupported, "cannot be passed as text here");
-  load.world_resource.uri = "cell.yaml";
-  EXPECT_EQ(argument_of(ask(load), "uri"), "cell.yaml");
+  for (const char* good : {"cell.yaml", "file:///cells/cell.YML"}) {
+    load.world_resource.uri = good;
+    EXPECT_EQ(argument_of(ask(load), "uri"), good);
+  }
+  load.world_resource.uri = "factory.sdf";
+  expect_no(ask(load), ControlResult::unsupported_world_format, "is no scenario file; allowed is NAME.yaml");
 }
 
 TEST(RosQuestions, UnsupportedFiltersForEntitiesAreRefused) {
@@ -38,8 +42,14 @@ TEST(RosQuestions, UnsupportedFiltersForEntitiesAreRefused) {
     return ask(request);
   };
   srv::GetEntities_Request tagged;
-  tagged.filters.tags.tags = {"red"};
-  expect_no(ask(tagged), ControlResult::unsupported, "Components have no tags here");
+  tagged.filters.tags.filter_mode = 2;
+  expect_no(ask(tagged), ControlResult::failed, "filter_mode of tags is 2; allowed are 0");
+  srv::GetNamedPoses_Request poses;
+  poses.tags.filter_mode = 2;
+  expect_no(ask(poses), ControlResult::failed, "filter_mode of tags is 2; allowed are 0");
+  srv::GetAvailableWorlds_Request worlds;
+  worlds.filter.filter_mode = 2;
+  expect_no(ask(worlds), ControlResult::failed, "filter_mode of tags is 2; allowed are 0");
   srv::GetEntities_Request bounded;
   bounded.filters.bounds.points.resize(2);
   expect_no(ask(bounded), ControlResult::unsupported, "There is no filter by bounds here");
@@ -91,6 +101,9 @@ TEST(RosQuestions, FilesAndCopiesAreSpawned) {
   request.initial_pose.header.frame_id = "map";
   expect_no(with("a.obj"), ControlResult::unsupported, "The frame 'map' is not known here");
   request.initial_pose.header.frame_id = "";
+  for (const char* wrong : {"arm.urdf", "a", "a.sdf#b", "b.obj.gz?mass=1"})
+    expect_no(with(wrong), ControlResult::unsupported_spawn_format, "its extension is one of obj, stl, glb");
+  EXPECT_EQ(argument_of(with("cell.glb#Frame/Housing"), "uri"), "cell.glb#Frame/Housing");
   for (const char* wrong : {"a.obj?mass_kg", "a.obj?=3", "a.obj?a=1&&b=2"})
     expect_no(with(wrong), ControlResult::spawn_parse_error, "stand NAME=VALUE, separated by &.");
   const Question bolt = with("bolts/m6.obj?mass=0.02&hierarchy=3");
@@ -126,27 +139,85 @@ TEST(RosAnswers, AnswersOfFailuresHaveNoOtherFields) {
   EXPECT_EQ(simulation.state.state, 0);
 }
 
-TEST(RosAnswers, EntitiesAreListedByExpressionAndCategory) {
+srv::GetEntities_Request filtered(const std::string& expression,
+                                  const std::vector<std::uint8_t>& categories = {},
+                                  const std::vector<std::string>& tags = {}, bool all_tags = false) {
+  srv::GetEntities_Request request;
+  request.filters.filter = expression;
+  for (const std::uint8_t category : categories) request.filters.categories.push_back({category});
+  request.filters.tags = {tags, std::uint8_t{all_tags}};
+  return request;
+}
+
+TEST(RosAnswers, EntitiesAreListedByExpressionCategoryAndTags) {
   requests::GetEntitiesResponse listed;
-  listed.entities = {{.name = "P1", .type = ComponentType::part},
-                     {.name = "G", .type = ComponentType::gripper},
-                     {.name = "T", .type = ComponentType::ground}};
+  listed.entities = {{.name = "P1", .category = EntityCategory::object, .tags = {"red", "small"}},
+                     {.name = "G", .category = EntityCategory::robot, .tags = {"red"}},
+                     {.name = "T", .category = EntityCategory::static_object}};
   ControlReply reply{1, ControlResult::ok, "", arguments_of(listed)};
-  const auto names = [&](const std::string& note) {
+  const auto names = [&](const srv::GetEntities_Request& request) {
     srv::GetEntities_Response response;
-    respond(reply, note, response);
+    respond(reply, std::get<Asked>(ask(request)).note, response);
     return response.entities;
   };
   using Names = std::vector<std::string>;
-  EXPECT_EQ(names("\n"), (Names{"P1", "G", "T"}));
-  EXPECT_EQ(names("^P\n"), Names{"P1"});
-  EXPECT_EQ(names("\n0"), Names{"P1"});
-  EXPECT_EQ(names("\n1"), Names{"G"});
-  EXPECT_EQ(names("T|G\n15"), (Names{"G", "T"}));
+  EXPECT_EQ(names(filtered("")), (Names{"P1", "G", "T"}));
+  EXPECT_EQ(names(filtered("^P")), Names{"P1"});
+  EXPECT_EQ(names(filtered("", {0})), Names{"P1"});
+  EXPECT_EQ(names(filtered("", {1})), Names{"G"});
+  EXPECT_EQ(names(filtered("T|G", {1, 5})), (Names{"G", "T"}));
+  EXPECT_EQ(names(filtered("", {}, {"small", "red"})), (Names{"P1", "G"}));
+  EXPECT_EQ(names(filtered("", {}, {"small", "red"}, true)), Names{"P1"});
+  EXPECT_EQ(names(filtered("", {1}, {"small"})), Names{});
   srv::GetEntities_Response nothing;
   reply.values[0].value.text = "[{";
-  respond(reply, "\n", nothing);
+  respond(reply, "", nothing);
   EXPECT_TRUE(nothing.entities.empty());
+}
+
+TEST(RosAnswers, SpawnablesCanBeSpawnedAsTheyAreListed) {
+  requests::GetSpawnablesResponse listed;
+  listed.spawnables = {
+      {.copy_of = "P", .description = "another P", .lower = {{-1, -2, -3}}, .upper = {{1, 2, 3}}},
+      {.uri = "/meshes/bolt.obj"}};
+  srv::GetSpawnables_Response response;
+  respond({1, ControlResult::ok, "", arguments_of(listed)}, "", response);
+  ASSERT_EQ(response.spawnables.size(), 2U);
+  srv::SpawnEntity_Request spawn;
+  spawn.entity_resource = response.spawnables[0].entity_resource;
+  EXPECT_EQ(argument_of(ask(spawn), "copy_of"), "P");
+  const auto& bounds = response.spawnables[0].spawn_bounds;
+  EXPECT_EQ(bounds.type, 1);
+  EXPECT_EQ(bounds.points, (std::vector<geometry_msgs::msg::Vector3>{{1, 2, 3}, {-1, -2, -3}}));
+  spawn.entity_resource = response.spawnables[1].entity_resource;
+  EXPECT_EQ(argument_of(ask(spawn), "uri"), "/meshes/bolt.obj");
+  EXPECT_EQ(argument_of(ask(spawn), "mass"), "1");
+  EXPECT_EQ(response.spawnables[1].spawn_bounds.type, 0);
+}
+
+TEST(RosAnswers, ANamedPoseHasABoxOrIsUnbounded) {
+  requests::GetNamedPosesResponse listed;
+  listed.poses = {{.name = "Drop", .tags = {"spawn"}, .position = {1, 2, 3}, .orientation = {0, 0, 1, 0}},
+                  {.name = "Shelf", .lower = {{-1, -1, 0}}, .upper = {{1, 1, 2}}}};
+  const ControlReply reply{1, ControlResult::ok, "", arguments_of(listed)};
+  srv::GetNamedPoses_Request wanted;
+  wanted.tags.tags = {"spawn"};
+  srv::GetNamedPoses_Response poses;
+  respond(reply, std::get<Asked>(ask(wanted)).note, poses);
+  ASSERT_EQ(poses.poses.size(), 1U);
+  EXPECT_EQ(poses.poses[0].pose.position, (geometry_msgs::msg::Point{1, 2, 3}));
+  EXPECT_EQ(poses.poses[0].pose.orientation, (geometry_msgs::msg::Quaternion{0, 0, 1, 0}));
+  const auto bounds_of = [&](const std::string& name) {
+    srv::GetNamedPoseBounds_Response response;
+    respond(reply, name, response);
+    return response;
+  };
+  EXPECT_EQ(bounds_of("Drop").bounds.type, 0);
+  EXPECT_EQ(bounds_of("Shelf").bounds.type, 1);
+  EXPECT_EQ(bounds_of("Shelf").bounds.points,
+            (std::vector<geometry_msgs::msg::Vector3>{{1, 1, 2}, {-1, -1, 0}}));
+  EXPECT_EQ(bounds_of("Roof").result.result, 2);
+  EXPECT_EQ(bounds_of("Roof").result.error_message, "There is no named pose 'Roof'; there are Drop, Shelf.");
 }
 
 }  // namespace

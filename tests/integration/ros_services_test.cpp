@@ -14,6 +14,7 @@
 namespace {
 
 namespace srv = simulation_interfaces::srv;
+using takt::HostOptions;
 using takt::test::Caller;
 using takt::test::HostedService;
 using takt::test::RawDdsClient;
@@ -217,6 +218,129 @@ TEST(RosServices, EntitiesAreListedMovedMadeAndDeleted) {
   gone.entity = "C_2";
   EXPECT_EQ(remove->call(gone).result.result, 1);
   EXPECT_EQ(remove->call(gone).result.result, 2);
+}
+
+TEST(RosServices, WorldsNamedPosesAndSpawnablesAreListed) {
+  HostOptions options = HostedService::paused();
+  const takt::test::TemporaryDirectory cells;
+  options.scenarios = cells.path();
+  const std::string scenario = takt::test::service_scenario_text();
+  cells.write("poses.yaml", scenario +
+                                "description: a cell with poses\ntags: [test, poses]\n"
+                                "named_poses:\n"
+                                "  Drop: {description: above the table, tags: [spawn], "
+                                "pose: {position_m: [0.1, 0.2, 1.5], rpy_deg: [0, 0, 90]}, "
+                                "bounds_m: {lower: [-0.1, -0.1, -0.1], upper: [0.1, 0.1, 0.2]}}\n"
+                                "  Corner: {pose: {position_m: [1, 1, 0]}}\n");
+  cells.write("plain.yaml", scenario);
+  cells.write("broken.yaml", "takt_scenario: 1\n");
+  HostedService service(false, std::move(options));
+  std::unique_ptr<CALLER(GetAvailableWorlds, )> worlds;
+  std::unique_ptr<CALLER(GetCurrentWorld, )> current;
+  std::unique_ptr<CALLER(LoadWorld, )> load;
+  std::unique_ptr<CALLER(GetNamedPoses, )> poses;
+  std::unique_ptr<CALLER(GetNamedPoseBounds, )> bounds;
+  std::unique_ptr<CALLER(GetSpawnables, )> spawnables;
+  std::unique_ptr<CALLER(SpawnEntity, )> spawn;
+  std::unique_ptr<CALLER(SetEntityInfo, )> set_info;
+  std::unique_ptr<CALLER(GetEntityInfo, )> info;
+  std::unique_ptr<CALLER(GetEntities, )> list;
+  std::unique_ptr<CALLER(GetEntitiesStates, )> states;
+  std::unique_ptr<CALLER(DeleteEntity, )> remove;
+  RawDdsClient dds(test_domain());
+  const auto make = [&](auto& caller, const char* name) {
+    caller = std::make_unique<std::remove_reference_t<decltype(*caller)>>(dds, name);
+  };
+  make(worlds, "get_available_worlds");
+  make(current, "get_current_world");
+  make(load, "load_world");
+  make(poses, "get_named_poses");
+  make(bounds, "get_named_pose_bounds");
+  make(spawnables, "get_spawnables");
+  make(spawn, "spawn_entity");
+  make(set_info, "set_entity_info");
+  make(info, "get_entity_info");
+  make(list, "get_entities");
+  make(states, "get_entities_states");
+  make(remove, "delete_entity");
+
+  EXPECT_EQ(current->call({}).result.result, 101);
+  EXPECT_EQ(poses->call({}).result.result, 3);
+  EXPECT_EQ(spawnables->call({}).result.result, 3);
+  srv::GetAvailableWorlds_Request search;
+  const auto all = worlds->call(search);
+  ASSERT_EQ(all.result.result, 1) << all.result.error_message;
+  EXPECT_NE(all.result.error_message.find("1 file cannot be read"), std::string::npos)
+      << all.result.error_message;
+  ASSERT_EQ(all.worlds.size(), 2U);
+  search.filter.tags = {"poses", "other"};
+  const auto tagged = worlds->call(search);
+  ASSERT_EQ(tagged.worlds.size(), 1U);
+  const auto& world = tagged.worlds[0];
+  EXPECT_EQ(world.name, "service_test");
+  EXPECT_EQ(world.description, "a cell with poses");
+  EXPECT_EQ(world.tags, (std::vector<std::string>{"test", "poses"}));
+  search.filter.filter_mode = 1;
+  EXPECT_TRUE(worlds->call(search).worlds.empty());
+  search.additional_sources = {"no_such_folder"};
+  EXPECT_EQ(worlds->call(search).result.result, 2);
+  search.filter.tags.clear();
+  search.continue_on_error = true;
+  EXPECT_EQ(worlds->call(search).worlds.size(), 2U);
+
+  srv::LoadWorld_Request wanted;
+  wanted.world_resource = world.world_resource;
+  const auto loaded = load->call(wanted);
+  ASSERT_EQ(loaded.result.result, 1) << loaded.result.error_message;
+  EXPECT_EQ(loaded.world, world);
+  EXPECT_EQ(current->call({}).world, world);
+
+  const auto named = poses->call({});
+  ASSERT_EQ(named.poses.size(), 2U);
+  EXPECT_EQ(named.poses[0].name, "Drop");
+  EXPECT_EQ(named.poses[0].description, "above the table");
+  EXPECT_EQ(named.poses[0].pose.position.z, 1.5);
+  EXPECT_NEAR(named.poses[0].pose.orientation.z, std::sqrt(0.5), 1e-15);
+  EXPECT_NEAR(named.poses[0].pose.orientation.w, std::sqrt(0.5), 1e-15);
+  srv::GetNamedPoses_Request to_spawn;
+  to_spawn.tags.tags = {"spawn"};
+  EXPECT_EQ(poses->call(to_spawn).poses.size(), 1U);
+  EXPECT_EQ(bounds->call({"Drop"}).bounds.points,
+            (std::vector<geometry_msgs::msg::Vector3>{{0.1, 0.1, 0.2}, {-0.1, -0.1, -0.1}}));
+  EXPECT_EQ(bounds->call({"Corner"}).bounds.type, 0);
+  EXPECT_EQ(bounds->call({"Roof"}).result.result, 2);
+
+  // What is listed can be spawned, at a named pose.
+  const auto spawnable = spawnables->call({});
+  ASSERT_EQ(spawnable.spawnables.size(), 2U);
+  EXPECT_EQ(spawnable.spawnables[1].entity_resource.uri, "copy_of:C");
+  EXPECT_EQ(spawnable.spawnables[1].description, "another C, 0.5 kg, hierarchy 3");
+  EXPECT_EQ(spawnable.spawnables[1].spawn_bounds.type, 1);
+  srv::SpawnEntity_Request at_drop;
+  at_drop.allow_renaming = true;
+  at_drop.entity_resource = spawnable.spawnables[1].entity_resource;
+  at_drop.initial_pose.pose = named.poses[0].pose;
+  EXPECT_EQ(spawn->call(at_drop).entity_name, "C_2");
+  EXPECT_EQ(spawnables->call({}).spawnables.size(), 3U);
+  EXPECT_NE(spawnables->call({{"/somewhere"}}).result.error_message.find("/somewhere"), std::string::npos);
+  EXPECT_EQ(spawnables->call({{"/somewhere"}}).result.result, 1);
+
+  srv::SetEntityInfo_Request person{"C_2", {{2}, "a worker", {"person", "moves"}}};
+  ASSERT_EQ(set_info->call(person).result.result, 1);
+  EXPECT_EQ(info->call({"C_2"}).info, person.info);
+  srv::GetEntities_Request people;
+  people.filters.categories = {{2}};
+  people.filters.tags.tags = {"moves"};
+  EXPECT_EQ(list->call(people).entities, std::vector<std::string>{"C_2"});
+  EXPECT_EQ(states->call({people.filters}).entities, std::vector<std::string>{"C_2"});
+  person.entity = "nobody";
+  EXPECT_EQ(set_info->call(person).result.result, 2);
+  person = {"C_2", {{3}, "", {}}};
+  EXPECT_EQ(set_info->call(person).result.result, 4);
+  // Another Part of the same name is another entity.
+  ASSERT_EQ(remove->call({"C_2"}).result.result, 1);
+  EXPECT_EQ(spawn->call(at_drop).entity_name, "C_2");
+  EXPECT_EQ(info->call({"C_2"}).info.category.category, 0);
 }
 
 /// A node looks up frames and clock by this stamp: a nanosecond less is another instant.

@@ -9,12 +9,7 @@
 #include <sstream>
 #include <string>
 
-#include "client_lib/client.h"
-#include "tests/support/built_programs.h"
-#include "tests/support/child_process.h"
-#include "tests/support/rsi_examples.h"
-#include "tests/support/temporary_directory.h"
-#include "tests/support/test_domain.h"
+#include "tests/support/gateway_cell.h"
 
 namespace takt::test::rsi_and_egm {
 namespace {
@@ -24,7 +19,6 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Not;
 
-const std::string kPrograms = std::string(TAKT_SOURCE_DIR) + "/tests/support/programs/";
 const std::string kRsiScenario = kConfig / "scenarios" / "block_assembly_kr16.yaml";
 /// Robot1 there, degrees.
 const std::string kRsiStart = "-7.597420,-104.484584,95.110994,0,99.3738,172.403001";
@@ -32,61 +26,7 @@ const std::string kEgmStart =
     "34.7269719628792,-64.84736325290658,-122.06292867467057,-83.09033944987198,90.00021045914971,"
     "-55.273238496270515";
 
-/// A UDP port for each domain, so that tests may run side by side.
-int test_port() {
-  return 42000 + static_cast<int>(test_domain());
-}
-
-/// A server, a client, a gateway and its peer.
-class Cell {
- public:
-  explicit Cell(const std::string& scenario, int level_of_detail = 1)
-      : name_("gateway_" + std::to_string(getpid())),
-        domain_(std::to_string(test_domain())),
-        server_({kBin + "/takt-server", scenario, "--paused", "--cell", name_, "--domain", domain_, "--lod",
-                 std::to_string(level_of_detail)}) {
-    EXPECT_TRUE(server_.wait_for_output("ready")) << server_.text;
-    ClientOptions options;
-    options.cell = name_;
-    options.domain = std::stoi(domain_);
-    options.timeout = Seconds(60.0);
-    options.liveliness_timeout = Seconds(60.0);
-    client_.emplace(options);
-  }
-  ~Cell() {
-    client_->set_state(SimulationState::quitting);
-    EXPECT_EQ(server_.wait(), 0) << server_.text;
-  }
-  Cell(const Cell&) = delete;
-  Cell& operator=(const Cell&) = delete;
-
-  Client& client() { return *client_; }
-  /// `mapping` without its version line; `xml` is the Ethernet configuration.
-  std::vector<std::string> gateway(const std::string& protocol, const std::string& mapping,
-                                   std::vector<std::string> arguments, const std::string& xml = kRsiXml) {
-    directory_.write("rsi.xml", xml);
-    directory_.write("mapping.yaml", "takt_" + protocol + ": 1\nport: " + std::to_string(test_port()) +
-                                         "\naddress: 127.0.0.1\n" + mapping);
-    std::vector<std::string> command{
-        kBin + "/takt-" + protocol, directory_ / "mapping.yaml", "--cell", name_, "--domain", domain_};
-    command.insert(command.end(), arguments.begin(), arguments.end());
-    return command;
-  }
-  static std::vector<std::string> peer(const std::string& program, std::vector<std::string> arguments) {
-    std::vector<std::string> command{"/usr/bin/python3", "-B", kPrograms + program,
-                                     std::to_string(test_port())};
-    command.insert(command.end(), arguments.begin(), arguments.end());
-    return command;
-  }
-
-  double axis1_deg() { return client_->state().robot("Robot1").position.at(0) * 180.0 / M_PI; }
-
- private:
-  const std::string name_, domain_;
-  ChildProcess server_;
-  TemporaryDirectory directory_;
-  std::optional<Client> client_;
-};
+using Cell = GatewayCell;
 
 nlohmann::json result_of(const ChildProcess& peer) {
   const std::size_t at = peer.text.find('{');
@@ -477,7 +417,7 @@ TEST(ForceSensorInProtocols, UrReadsItAndForceModePressesWithTheForceThatAProgra
   Cell cell(scenario_with_sensor(directory, "[0.6061, -1.1318, -2.1304, -1.4502, 1.5708, -0.9647]",
                                  "[0.673322, -1.625741, -2.346268, -0.74038, 1.570796, -0.897474]"),
             3);
-  const int port = test_port();
+  const int port = gateway_port();
   const auto free = [port](int i) { return std::to_string(port + 100 + i); };
   // Slower than wall time: on a busy machine the forces that the controller reads are old.
   cell.client().set_pace(Pace::realtime, 0.25);

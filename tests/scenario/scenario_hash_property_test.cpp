@@ -105,6 +105,8 @@ contact:
   pairs: [{pair: [Plain, Odd], friction: 0.5, force: contact}]
 collision_checking: {enabled: true, min_clearance_m: 0.01, hysteresis_m: 0.002}
 controller: {parameters: {x: 1}}
+tags: [one]
+named_poses: {Drop: {description: a place, tags: [two], pose: {position_m: [0, 0, 1], rpy_deg: [0, 0, 90]}, bounds_m: {lower: [-1, -1, -1], upper: [1, 1, 1]}}}
 report_at: [{name: first, time_s: 0.5}]
 expected: {tolerance_m: 0.001, parts: {Plain: {position_m: [0, 0, 1]}}}
 assertions: {a: {check: held_by, part: Odd, by: Plain, time_s: 0.5}}

@@ -77,6 +77,8 @@ class Controller {
   std::string message(Robot robot, std::uint32_t tm_ms, bool motors_on);
 
   Session session() const { return session_; }
+  /// Messages of the sensor have come, the newest within CommTimeout.
+  bool hears() const { return session_ == Session::running && heard_; }
   const std::vector<double>& planned() const { return planned_; }
   const std::vector<double>& speed() const { return speed_; }  ///< of `planned`, degrees/s or mm/s
   bool converged() const { return converged_; }

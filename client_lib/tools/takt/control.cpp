@@ -107,6 +107,14 @@ int status(const Common& common) {
   for (const auto& [sender, targets] : commanded)
     std::printf("  %-17s %s: %s\n", "commanded by", sender.c_str(), targets.c_str());
   std::printf("  %-17s %s\n", "scheduling", s.scheduling.c_str());
+  for (const auto& gateway : s.gateways)
+    std::printf("  %-17s %s: %s for %s, %s%s, %llu messages, %llu late\n", "gateway", gateway.name.c_str(),
+                gateway.protocol.c_str(), list_names(gateway.targets).c_str(),
+                gateway.connected      ? "connected with "
+                : gateway.peer.empty() ? "no peer so far"
+                                       : "not connected with ",
+                gateway.peer.c_str(), static_cast<unsigned long long>(gateway.messages),
+                static_cast<unsigned long long>(gateway.late));
   for (const auto& name : s.waiting_for) std::printf("  %-17s %s\n", "waiting for", name.c_str());
   if (!s.fault.empty()) std::printf("  %-17s %s\n", "fault", s.fault.c_str());
   return 0;

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cmath>
 #include <functional>
+#include <thread>
 
 #include "client_lib/gateway/egm/follower.h"
 #include "client_lib/gateway/force_sensor.h"
@@ -18,6 +19,7 @@ using namespace gateway;
 using namespace std::chrono_literals;
 
 constexpr double kTimeTolerance_s = 1e-9;
+constexpr const char* kProtocol = "EGM";
 constexpr std::size_t kRobotJoints = 6;
 /// A message that no sensor has heard is sent again; also the wall time between two reports of waiting.
 constexpr auto kAgain = 500ms;
@@ -135,6 +137,7 @@ class Controller {
   bool due(const State& state) const {
     return options_.until_s && state.time >= *options_.until_s - kTimeTolerance_s;
   }
+  PeerStatus peer() const { return {address_text(sensor_), egm_.hears(), egm_.applied(), egm_.old()}; }
   void report_figures() const {
     report(options_.name, std::to_string(egm_.applied()) + " messages applied, " +
                               std::to_string(egm_.old()) + " doubled or overtaken.");
@@ -167,10 +170,11 @@ class LockstepEgm : public Controller {
     lockstep.start = options_.start;
     if (!options_.start) client.set_pace(Pace::lockstep);
     LockstepController controller(client, lockstep);
+    GatewayReporter reporter(client, options_.name, kProtocol, lockstep.targets);
     begin(controller.state());
     while (!loop_.stopped() && !due(controller.state())) {
       const State& state = controller.state();
-      exchange(message(state, static_cast<std::uint64_t>(std::llround(1e6 * state.time)), true));
+      exchange(message(state, static_cast<std::uint64_t>(std::llround(1e6 * state.time)), true), reporter);
       if (loop_.stopped()) break;
       const SetPoint next = set_point(state);
       controller.move(axes_.robot(), next.positions, next.velocities);
@@ -190,12 +194,14 @@ class LockstepEgm : public Controller {
   }
 
  private:
-  void exchange(const std::string& bytes) {
+  void exchange(const std::string& bytes, GatewayReporter& reporter) {
     const std::uint64_t before = heard_;
     socket_->send(bytes, sensor_);
+    reporter.set(peer());
     auto reported = Clock::now();
     while (!loop_.run_until([&] { return heard_ > before; }, Clock::now() + kAgain) && !loop_.stopped()) {
       if (before == 0) socket_->send(bytes, sensor_);  // the sensor was not there yet
+      reporter.set({address_text(sensor_), false, egm_.applied(), egm_.old()});
       if (Clock::now() - reported < kWaitingReported) continue;
       reported = Clock::now();
       report(options_.name, "Waits for an answer to message " + std::to_string(egm_.seqno() - 1) +
@@ -212,6 +218,7 @@ class RealtimeEgm : public Controller {
     if (options_.start) client.set_pace(Pace::realtime);
     CellLink link(client,
                   {.name = options_.name,
+                   .protocol = kProtocol,
                    .period_s = period_s(),
                    .most_interval_s = 2.0 * period_s() + 0.01,
                    .robot = axes_.robot(),
@@ -235,6 +242,7 @@ class RealtimeEgm : public Controller {
  private:
   void cycle() {
     const auto state = link_->state();
+    link_->report(peer());
     if (due(*state)) {
       loop_.stop();
       return;
@@ -277,6 +285,7 @@ class SensorSide {
     if (options_.start) client.set_pace(Pace::realtime);
     CellLink link(client,
                   {.name = options_.name,
+                   .protocol = kProtocol,
                    .period_s = 1e-3 * m_.cycle_ms,
                    .robot = axes_.robot(),
                    .filter_rad_per_s = m_.filter_rad_per_s},
@@ -302,6 +311,7 @@ class SensorSide {
     if (!follower_.accepts(from)) return;
     const egm::Reception message = egm_.receive(bytes, wall_s());
     if (!message.fault.empty()) report_("invalid", "A message is invalid: " + message.fault + ".");
+    if (message.old) ++old_;
     if (!message.state) return;
     if (m_.answers) {
       if (const auto data = rapid_data_of(m_.inputs, *link_->state()))
@@ -336,7 +346,9 @@ class SensorSide {
 
   void watch() {
     if (options_.until_s && link_->state()->time >= *options_.until_s - kTimeTolerance_s) loop_.stop();
-    if (egm_.silent(wall_s())) follower_.silence(link_->sender());
+    const bool silent = egm_.silent(wall_s());
+    if (silent) follower_.silence(link_->sender());
+    link_->report({follower_.peer(), egm_.messages() > 0 && !silent, egm_.messages(), old_});
   }
 
   const GatewayOptions& options_;
@@ -347,6 +359,7 @@ class SensorSide {
   RobotFollower follower_;
   ChangedOutputs outputs_;
   bool drives_ = true;
+  std::uint64_t old_ = 0;
   EventLoop loop_;
   std::unique_ptr<UdpSocket> socket_;
   CellLink* link_ = nullptr;
@@ -357,8 +370,8 @@ class SensorSide {
 int run_egm(const GatewayOptions& options) {
   std::function<void()> while_waiting;
   ClientOptions client_options = options.client;
-  client_options.while_waiting = [&while_waiting] {
-    if (while_waiting) while_waiting();
+  client_options.while_waiting = [&while_waiting, own = std::this_thread::get_id()] {
+    if (std::this_thread::get_id() == own && while_waiting) while_waiting();  // a GatewayReporter waits too
   };
   Client client(client_options);
   const auto cell = client.cell();

@@ -4,6 +4,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <thread>
 
 #include "client_lib/gateway/cell_link.h"
 #include "client_lib/gateway/event_loop.h"
@@ -21,11 +22,14 @@ namespace {
 using namespace gateway;
 using namespace std::chrono_literals;
 
+constexpr const char* kProtocol = "Modbus TCP";
 constexpr double kTimeTolerance_s = 1e-9;
 /// How often deadlines and --until are looked at.
 constexpr auto kWatch = 10ms;
 constexpr auto kReconnect = 500ms;
 constexpr auto kReplyTimeout = 1s;
+/// How often a server in lockstep that waits for allow_step looks at its connections.
+constexpr auto kAgain = 100ms;
 
 bool due(const GatewayOptions& options, const State& state) {
   return options.until_s && state.time >= *options.until_s - kTimeTolerance_s;
@@ -101,6 +105,11 @@ class Server {
       if (m_.elements[i].to_cell) table_.set(i, ModbusMapping::present_of(m_.elements[i], state));
     table_.take_written();
   }
+  /// Late are deadlines that have passed without a request.
+  PeerStatus peer(std::uint64_t late) const {
+    return {connections_.empty() ? std::string() : connections_.begin()->second->peer_address(),
+            !connections_.empty(), requests_, late};
+  }
   std::string figures() const {
     return std::to_string(requests_) + " requests of " + std::to_string(accepted_) + " connections, " +
            std::to_string(refused_) + " refused.";
@@ -170,10 +179,13 @@ class RealtimeServer {
 
   int run(Client& client) {
     if (options_.start) client.set_pace(Pace::realtime);
-    CellLink link(
-        client,
-        {.name = options_.name, .period_s = m_.period_s, .most_interval_s = 1.0, .needs_wall_time = false},
-        m_.targets());
+    CellLink link(client,
+                  {.name = options_.name,
+                   .protocol = kProtocol,
+                   .period_s = m_.period_s,
+                   .most_interval_s = 1.0,
+                   .needs_wall_time = false},
+                  m_.targets());
     if (options_.start) client.play();
     link.supervise();
     begin(*link.state());
@@ -188,7 +200,9 @@ class RealtimeServer {
     };
     loop_.every(kWatch, [&] {
       if (due(options_, *link.state())) loop_.stop();
+      link.report(server_.peer(silences_));
       if (const auto silent = server_.watch().silent(wall_s())) {
+        ++silences_;
         report(options_.name, "The client at " + *silent + " is silent; the substitute values apply.");
         outputs_.substitute(link.sender(),
                             [&](std::size_t i, double number) { server_.table().set(i, number); });
@@ -216,6 +230,7 @@ class RealtimeServer {
   EventLoop loop_;
   Server server_;
   std::uint32_t epoch_ = 0;
+  std::uint64_t silences_ = 0;
 };
 
 /// The cell passes one period for each allow_step.
@@ -242,13 +257,17 @@ class LockstepServer {
     lockstep.start = options_.start;
     if (!options_.start) client.set_pace(Pace::lockstep);
     LockstepController controller(client, lockstep);
+    GatewayReporter reporter(client, options_.name, kProtocol, lockstep.targets);
     server_.begin(controller.state());
     server_.show(controller.state(), true);
     report(options_.name, "Waits for the coil allow_step at each " + number_text(lockstep.period_s) + " s.");
     std::uint64_t steps = 0;
     while (!loop_.stopped() && !due(options_, controller.state())) {
       const auto allowed = [&] { return server_.table().number(*allow_) != 0.0; };
-      while (!allowed() && !loop_.stopped()) loop_.run_until(allowed, Clock::now() + 1s);
+      while (!allowed() && !loop_.stopped()) {
+        reporter.set(server_.peer(0));
+        loop_.run_until(allowed, Clock::now() + kAgain);
+      }
       if (loop_.stopped()) break;
       for (const std::size_t i : server_.table().take_written())
         outputs_.send(i, server_.table().number(i), controller);
@@ -291,10 +310,13 @@ class PollingClient {
 
   int run(Client& client) {
     if (options_.start) client.set_pace(Pace::realtime);
-    CellLink link(
-        client,
-        {.name = options_.name, .period_s = m_.period_s, .most_interval_s = 1.0, .needs_wall_time = false},
-        m_.targets());
+    CellLink link(client,
+                  {.name = options_.name,
+                   .protocol = kProtocol,
+                   .period_s = m_.period_s,
+                   .most_interval_s = 1.0,
+                   .needs_wall_time = false},
+                  m_.targets());
     link_ = &link;
     if (options_.start) client.play();
     link.supervise();
@@ -394,6 +416,8 @@ class PollingClient {
   void watch() {
     if (due(options_, *link_->state())) loop_.stop();
     const double now_s = wall_s();
+    link_->report({address_text(Endpoint{m_.address, static_cast<std::uint16_t>(m_.port)}),
+                   connection_ != nullptr && !silent_, poller_.counters().cycles, late_});
     if (connection_ != nullptr && !poller_.idle() &&
         now_s - begun_s_ > std::chrono::duration<double>(kReplyTimeout).count())
       lose("no reply within 1 s");
@@ -422,8 +446,8 @@ class PollingClient {
 int run_modbus(const GatewayOptions& options) {
   std::function<void()> while_waiting;
   ClientOptions client_options = options.client;
-  client_options.while_waiting = [&while_waiting] {
-    if (while_waiting) while_waiting();
+  client_options.while_waiting = [&while_waiting, own = std::this_thread::get_id()] {
+    if (std::this_thread::get_id() == own && while_waiting) while_waiting();  // a GatewayReporter waits too
   };
   Client client(client_options);
   const auto cell = client.cell();

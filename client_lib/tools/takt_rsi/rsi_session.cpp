@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <functional>
+#include <thread>
 
 #include "client_lib/gateway/robot_follower.h"
 #include "client_lib/gateway/rsi/sensor_pc.h"
@@ -15,6 +16,7 @@ namespace {
 using namespace gateway;
 using namespace std::chrono_literals;
 
+constexpr const char* kProtocol = "RSI";
 constexpr double kTimeTolerance_s = 1e-9;
 /// A packet that no sensor PC has heard is sent again; also the wall time between two reports of waiting.
 constexpr auto kAgain = 500ms;
@@ -148,6 +150,9 @@ class Controller {
   }
   virtual void on_applied() {}
 
+  PeerStatus peer() const {
+    return {address_text(pc_), heard_ && krc_.running(), krc_.packets() - krc_.late(), krc_.late()};
+  }
   /// Reports the end of RSI. True if it is switched on again.
   bool ended() {
     report(options_.name, krc_.reason());
@@ -192,10 +197,11 @@ class LockstepRsi : public Controller {
     lockstep.start = options_.start;
     if (!options_.start) client.set_pace(Pace::lockstep);
     LockstepController controller(client, lockstep);
+    GatewayReporter reporter(client, options_.name, kProtocol, lockstep.targets);
     rsi_on(controller.state());
     while (!loop_.stopped() && !due(controller.state())) {
       const std::string bytes = packet(controller.state());
-      exchange(bytes);
+      exchange(bytes, reporter);
       if (loop_.stopped()) break;
       if (!krc_.running()) {
         if (!ended()) break;
@@ -219,14 +225,16 @@ class LockstepRsi : public Controller {
   }
 
  private:
-  void exchange(const std::string& bytes) {
+  void exchange(const std::string& bytes, GatewayReporter& reporter) {
     socket_->send(bytes, pc_);
+    reporter.set(peer());
     if (m_.configuration.only_send) return;
     const auto begin = Clock::now();
     auto reported = begin;
     const auto settled = [this] { return krc_.answered() || !krc_.running(); };
     while (!loop_.run_until(settled, Clock::now() + kAgain) && !loop_.stopped()) {
       if (!heard_) socket_->send(bytes, pc_);  // the sensor PC was not there yet
+      reporter.set({address_text(pc_), false, peer().messages, krc_.late()});
       if (Clock::now() - reported < kWaitingReported) continue;
       reported = Clock::now();
       report(options_.name,
@@ -243,6 +251,7 @@ class RealtimeRsi : public Controller {
     if (options_.start) client.set_pace(Pace::realtime);
     CellLink link(client,
                   {.name = options_.name,
+                   .protocol = kProtocol,
                    .period_s = period_s(),
                    .most_interval_s = 2.0 * period_s() + 0.01,
                    .needs_wall_time = m_.time == TimeReference::wall,
@@ -267,6 +276,7 @@ class RealtimeRsi : public Controller {
  private:
   void cycle() {
     const auto state = link_->state();
+    link_->report(peer());
     if (due(*state)) {
       loop_.stop();
       return;
@@ -332,6 +342,7 @@ class SensorSide {
     if (options_.start) client.set_pace(Pace::realtime);
     CellLink link(client,
                   {.name = options_.name,
+                   .protocol = kProtocol,
                    .period_s = 1e-3 * m_.krc.cycle_ms,
                    .robot = axes_.robot(),
                    .filter_rad_per_s = m_.filter_rad_per_s},
@@ -388,7 +399,9 @@ class SensorSide {
 
   void watch() {
     if (options_.until_s && link_->state()->time >= *options_.until_s - kTimeTolerance_s) loop_.stop();
-    if (pc_.silent(wall_s())) follower_.silence(link_->sender());
+    const bool silent = pc_.silent(wall_s());
+    if (silent) follower_.silence(link_->sender());
+    link_->report({follower_.peer(), pc_.packets() > 0 && !silent, pc_.packets(), pc_.delay()});
   }
 
   const GatewayOptions& options_;
@@ -417,8 +430,8 @@ void say_what_is_not_computed(const GatewayOptions& options, const RsiMapping& m
 int run_rsi(const GatewayOptions& options) {
   std::function<void()> while_waiting;
   ClientOptions client_options = options.client;
-  client_options.while_waiting = [&while_waiting] {
-    if (while_waiting) while_waiting();
+  client_options.while_waiting = [&while_waiting, own = std::this_thread::get_id()] {
+    if (std::this_thread::get_id() == own && while_waiting) while_waiting();  // a GatewayReporter waits too
   };
   Client client(client_options);
   const auto cell = client.cell();

@@ -24,6 +24,7 @@ int run_controller(const GatewayRun& options) {
   const std::string name = "takt-ur " + mapping.robot.robot;
   gateway::CellLink link(client,
                          {.name = name,
+                          .protocol = "RTDE",
                           .period_s = UrController::kCycle_s,
                           .needs_wall_time = wall,
                           .robot = mapping.robot.robot,
@@ -55,6 +56,7 @@ int run_controller(const GatewayRun& options) {
       offset += late - 1;
       late = 1;
     }
+    link.report(servers.peer(offset));
     // A client gets the newest package of cycles that are made up for, as from a controller short of time.
     for (; late > 0; --late) {
       controller.advance();

@@ -12,6 +12,8 @@ namespace {
 
 constexpr int kRunning = 7;
 constexpr std::chrono::seconds kReconnect{1};
+/// A controller whose newest package is older counts as not connected.
+constexpr std::chrono::seconds kHeard{1};
 
 /// One robot that follows one controller.
 class Follower {
@@ -28,8 +30,11 @@ class Follower {
   void supervise() {
     if (following_ && gateway::Clock::now() > silent_after_) {
       report("The controller is silent.");
+      ++silences_;
       interrupt();
     }
+    const bool hears = connection_ != nullptr && gateway::Clock::now() - heard_at_ < kHeard;
+    link_.report({host_ + " port " + std::to_string(mapping_.rtde_port), hears, packages_, silences_});
   }
   std::uint64_t packages() const { return packages_; }
 
@@ -106,6 +111,7 @@ class Follower {
 
   void take() {
     ++packages_;
+    heard_at_ = gateway::Clock::now();
     const auto real = [this](const char* name) -> const rtde::Value& { return session_->value(name); };
     const std::int64_t mode = real("robot_mode").whole[0], safety = real("safety_status_bits").whole[0];
     const bool usable = mode == kRunning && (safety & 1) != 0;
@@ -201,8 +207,8 @@ class Follower {
   std::shared_ptr<gateway::Connection> connection_;
   std::optional<rtde::ClientSession> session_;
   bool reported_ = false, usable_ = false, following_ = false, refused_ = false;
-  std::uint64_t packages_ = 0;
-  gateway::Clock::time_point silent_after_;
+  std::uint64_t packages_ = 0, silences_ = 0;
+  gateway::Clock::time_point silent_after_, heard_at_;
   std::vector<std::optional<double>> written_;
 };
 
@@ -220,6 +226,7 @@ int run_follower(const GatewayRun& options) {
   const std::string name = "takt-ur " + mapping.robot.robot;
   gateway::CellLink link(client,
                          {.name = name,
+                          .protocol = "RTDE",
                           .period_s = 1.0 / mapping.follow.frequency_Hz,
                           .robot = mapping.robot.robot,
                           .filter_rad_per_s = mapping.filter_rad_per_s},

@@ -108,15 +108,22 @@ void Servers::accept_dashboard(std::shared_ptr<gateway::Connection> connection) 
        [this] { std::erase_if(dashboards_, [](const auto& c) { return !c->is_open(); }); }});
 }
 
+gateway::PeerStatus Servers::peer(std::uint64_t missed) const {
+  return {rtde_.empty() ? std::string() : rtde_.front()->connection->peer_address(), !rtde_.empty(), sent_,
+          missed + left_out_};
+}
+
 void Servers::publish() {
   const auto clients = rtde_;  // a client that is closed leaves the list
   for (const auto& client : clients) {
     const std::string package = client->session.data(controller_.cycle());
     if (package.empty()) continue;
-    if (client->connection->waiting() > kUnread)
+    if (client->connection->waiting() > kUnread) {
       ++left_out_;
-    else
+    } else {
       client->connection->send(package);
+      ++sent_;
+    }
   }
   if (controller_.cycle() % kPrimaryCycles != 0) return;
   const std::string state = controller_.primary_state();

@@ -17,6 +17,8 @@ class Servers {
   /// After each cycle of the controller: data packages and primary states that are due.
   void publish();
   std::size_t rtde_clients() const { return rtde_.size(); }
+  /// The first RTDE client. `missed`: cycles that were left out.
+  gateway::PeerStatus peer(std::uint64_t missed) const;
   /// Data packages that were not sent because their client does not read.
   std::uint64_t left_out() const { return left_out_; }
 
@@ -30,7 +32,7 @@ class Servers {
   UrController& controller_;
   rtde::InputOwners owners_;
   rtde::DashboardState dashboard_;
-  std::uint64_t connections_ = 0, left_out_ = 0;
+  std::uint64_t connections_ = 0, sent_ = 0, left_out_ = 0;
   std::vector<std::shared_ptr<Rtde>> rtde_;
   std::vector<std::shared_ptr<Primary>> primary_;
   std::vector<std::shared_ptr<gateway::Connection>> dashboards_;

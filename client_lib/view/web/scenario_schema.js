@@ -49,7 +49,7 @@ function forms(schema, root) {
 export function formsAt(schema, path) {
   let at = forms(schema, schema);
   for (const key of path)
-    at = at.flatMap((form) => [form.properties?.[key] ?? (typeof form.additionalProperties === 'object' ? form.additionalProperties : null) ?? (form.items && forms(form.items, schema).map((item) => item.properties?.[key]).find(Boolean))].filter(Boolean)).flatMap((form) => forms(form, schema));
+    at = at.flatMap((form) => [form.properties?.[key] ?? (form.additionalProperties?.constructor === Object ? form.additionalProperties : null) ?? (form.items && forms(form.items, schema).map((item) => item.properties?.[key]).find(Boolean))].filter(Boolean)).flatMap((form) => forms(form, schema));
   return at;
 }
 
@@ -76,7 +76,7 @@ export function keysAt(schema, path, siblings = new Set()) {
   const made = new Map();
   for (const form of formsAt(schema, path).flatMap((one) => (one.items && !one.properties ? forms(one.items, schema) : [one])))
     for (const [label, of] of Object.entries(form.properties ?? {}))
-      if (!siblings.has(label) && !made.has(label)) made.set(label, {label, info: sentenceOf(forms(of, schema)), required: Boolean(form.required?.includes(label)), below: forms(of, schema).some(({properties, additionalProperties}) => properties || typeof additionalProperties === 'object')});
+      if (!siblings.has(label) && !made.has(label)) made.set(label, {label, info: sentenceOf(forms(of, schema)), required: Boolean(form.required?.includes(label)), below: forms(of, schema).some(({properties, additionalProperties}) => properties || additionalProperties?.constructor === Object)});
   return [...made.values()];
 }
 // Values that may stand behind the last key of a path: {label, info}.
@@ -84,7 +84,7 @@ export function valuesAt(schema, path) {
   const made = new Map();
   for (const form of formsAt(schema, path)) {
     const values = form.enum ?? ([form.type].flat().includes('boolean') ? [true, false] : []);
-    for (const value of [...values, ...(form.default !== undefined && typeof form.default !== 'object' ? [form.default] : [])])
+    for (const value of [...values, ...(form.default !== undefined && Object(form.default) !== form.default ? [form.default] : [])])
       made.set(String(value), {label: String(value), info: value === form.default ? 'the default' : ''});
   }
   return [...made.values()];

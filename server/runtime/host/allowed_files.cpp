@@ -21,22 +21,6 @@ bool is_below(const std::filesystem::path& root, const std::filesystem::path& fi
          std::mismatch(top.begin(), top.end(), whole.begin(), whole.end()).first == top.end();
 }
 
-std::string confine(std::string& uri, const std::filesystem::path& directory) {
-  const std::filesystem::path file = file_of_uri(uri);
-  std::error_code error;
-  const auto root = std::filesystem::canonical(directory, error);
-  if (error) return "The directory of scenarios " + directory.string() + " is not there.";
-  // The node of a mesh is no part of the name of the file, which may be a symbolic link.
-  const MeshPath mesh = split_mesh_path(root / file);
-  const auto whole = std::filesystem::weakly_canonical(mesh.file, error);
-  const auto differs = std::mismatch(root.begin(), root.end(), whole.begin(), whole.end());
-  if (error || differs.first != root.end())
-    return "The file '" + file.string().substr(0, 200) + "' is not below the directory of scenarios, " +
-           root.string() + "; this server reads no others.";
-  uri = whole.string() + (mesh.node.empty() ? "" : "#" + mesh.node);
-  return {};
-}
-
 /// A name that leads out of the directory of a scenario, by itself or by a symbolic link there.
 bool name_leaves(const std::string& name, const std::filesystem::path& scenarios,
                  const std::filesystem::path& beside) {
@@ -99,6 +83,22 @@ std::string regular(const std::string& uri) {
 }
 
 }  // namespace
+
+std::string confine(std::string& uri, const std::filesystem::path& directory) {
+  const std::filesystem::path file = file_of_uri(uri);
+  std::error_code error;
+  const auto root = std::filesystem::canonical(directory, error);
+  if (error) return "The directory of scenarios " + directory.string() + " is not there.";
+  // The node of a mesh is no part of the name of the file, which may be a symbolic link.
+  const MeshPath mesh = split_mesh_path(root / file);
+  const auto whole = std::filesystem::weakly_canonical(mesh.file, error);
+  const auto differs = std::mismatch(root.begin(), root.end(), whole.begin(), whole.end());
+  if (error || differs.first != root.end())
+    return "The file '" + file.string().substr(0, 200) + "' is not below the directory of scenarios, " +
+           root.string() + "; this server reads no others.";
+  uri = whole.string() + (mesh.node.empty() ? "" : "#" + mesh.node);
+  return {};
+}
 
 std::string confine(requests::Any& request, const std::filesystem::path& directory) {
   auto* load = std::get_if<requests::LoadScenario>(&request);

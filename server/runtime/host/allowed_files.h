@@ -18,6 +18,9 @@ std::string confine(requests::Any& request, const std::filesystem::path& directo
 std::string confine_text(const std::string& text, const std::filesystem::path& directory,
                          const std::filesystem::path& scenario);
 
+/// The same for the name of one file or directory.
+std::string confine(std::string& uri, const std::filesystem::path& directory);
+
 /// Without file:// in front.
 std::filesystem::path file_of_uri(std::string uri);
 

@@ -8,6 +8,7 @@
 #include "idl/common/text.h"
 #include "server/geometry/mesh/import.h"
 #include "server/runtime/host/allowed_files.h"
+#include "server/runtime/host/file_lists.h"
 #include "server/runtime/host/scenario_edit.h"
 #include "server/scenario/urdf_robot.h"
 
@@ -147,7 +148,66 @@ Outcome<requests::GetFeatures> CellHost::execute(const requests::GetFeatures&) c
 Outcome<requests::GetEntities> CellHost::execute(const requests::GetEntities& request) const {
   const auto loaded = slot_.loaded();
   if (!loaded) return nothing_loaded();
-  return entities(request, loaded->simulation.description());
+  return entities(request, loaded->simulation.description(), *loaded->infos);
+}
+
+Outcome<requests::SetEntityInfo> CellHost::execute(const requests::SetEntityInfo& request) const {
+  const auto loaded = slot_.loaded();
+  if (!loaded) return nothing_loaded();
+  loaded->infos->set(request);
+  return request.entity + " is described so for every client.";
+}
+
+Outcome<requests::ReportGateway> CellHost::execute(const requests::ReportGateway& request) {
+  if (gateways_.report(request, monotonic_now_ns())) return "The status has it.";
+  return Refusal{ControlResult::failed, "The status has " + std::to_string(Gateways::kMost) +
+                                            " gateways already; no more are possible."};
+}
+
+Outcome<requests::GetNamedPoses> CellHost::execute(const requests::GetNamedPoses&) const {
+  const auto loaded = slot_.loaded();
+  if (!loaded) return nothing_loaded();
+  requests::GetNamedPosesResponse response;
+  if (loaded->content) {
+    for (const ScenarioNamedPose& named : loaded->content->named_poses) {
+      const Vec3& p = named.X_WP.p;
+      const Quat q = named.X_WP.quaternion();
+      auto& pose = response.poses.emplace_back();
+      pose.name = named.name;
+      pose.description = named.description;
+      pose.tags = named.tags;
+      pose.position = {p.x(), p.y(), p.z()};
+      pose.orientation = {q.x(), q.y(), q.z(), q.w()};
+      if (!named.bounds_m) continue;
+      const auto& [lower, upper] = *named.bounds_m;
+      pose.lower = {lower.x(), lower.y(), lower.z()};
+      pose.upper = {upper.x(), upper.y(), upper.z()};
+    }
+  }
+  return {"The scenario names " + std::to_string(response.poses.size()) + " poses.", std::move(response)};
+}
+
+Outcome<requests::GetScenario> CellHost::execute(const requests::GetScenario&) const {
+  const auto loaded = slot_.loaded();
+  if (!loaded) return Refusal{ControlResult::no_scenario_loaded, kNothingLoaded};
+  const CellDescription& cell = loaded->simulation.description();
+  const ScenarioHeading heading = loaded->content ? ScenarioHeading(*loaded->content) : ScenarioHeading();
+  return {"The scenario " + cell.scenario + " is loaded.",
+          {cell.scenario, loaded->source ? loaded->source->file.string() : std::string(), heading.description,
+           heading.tags, cell.scenario_generation}};
+}
+
+Outcome<requests::GetScenarios> CellHost::execute(const requests::GetScenarios& request) const {
+  const auto loaded = slot_.loaded();
+  return list_scenarios(request, options_.scenarios,
+                        loaded && loaded->source ? loaded->source->file : std::filesystem::path());
+}
+
+Outcome<requests::GetSpawnables> CellHost::execute(const requests::GetSpawnables& request) const {
+  const auto loaded = slot_.loaded();
+  if (!loaded) return nothing_loaded();
+  return list_spawnables(request, options_.scenarios, loaded->content ? &*loaded->content : nullptr,
+                         loaded->simulation.description());
 }
 
 Outcome<requests::WatchPressures> CellHost::execute(const requests::WatchPressures& request) const {
@@ -214,10 +274,12 @@ Outcome<Type> CellHost::load(const ScenarioSource& source) {
     return refused(ControlResult::failed, error.what());
   }
   const CellDescription& cell = next->simulation.description();
+  const ScenarioHeading heading = *next->content;
   if (auto fault = try_exchange(next, SimulationState::stopped, false)) return *std::move(fault);
   return {outbound_->events.post(
               events::ScenarioLoaded{cell.scenario, cell.components.size(), cell.robots.size()}),
-          {cell.scenario, source.file.string(), cell.scenario_generation, SimulationState::stopped}};
+          {cell.scenario, source.file.string(), cell.scenario_generation, SimulationState::stopped,
+           heading.description, heading.tags}};
 }
 
 std::optional<Refusal> CellHost::try_exchange(std::shared_ptr<LoadedScenario> next,
@@ -257,6 +319,8 @@ std::variant<std::uint32_t, Refusal> CellHost::exchange_content(const Scenario& 
   }
   next->source = loaded->source;
   next->as_loaded = loaded->as_loaded;
+  next->infos = loaded->infos;
+  next->infos->keep_those_of(next->simulation.description());
   next->changes = std::move(changes);
   const std::uint32_t generation = next->simulation.description().scenario_generation;
   if (auto fault = try_exchange(std::move(next), *state, true)) return *std::move(fault);
@@ -323,6 +387,11 @@ std::optional<LoopStatus> CellHost::idle_status() const {
 RunLoop* CellHost::loop() const {
   const auto loaded = slot_.loaded();
   return loaded ? &*loaded->loop : nullptr;
+}
+
+std::shared_ptr<const EntityInfos> CellHost::entity_infos() const {
+  const auto loaded = slot_.loaded();
+  return loaded ? loaded->infos : nullptr;
 }
 
 const Simulation* CellHost::simulation() const {

@@ -20,6 +20,7 @@
 #include <variant>
 #include <vector>
 
+#include "server/runtime/host/gateways.h"
 #include "server/runtime/host/host_jobs.h"
 #include "server/runtime/host/host_options.h"
 #include "server/runtime/host/recordings.h"
@@ -71,8 +72,12 @@ class CellHost {
   bool announces() const { return announces_.load(); }
   /// Status while no scenario is loaded; else std::nullopt.
   std::optional<LoopStatus> idle_status() const;
+  /// Those that have reported themselves lately; the end of others becomes an event.
+  std::vector<requests::ReportGateway> gateways() { return gateways_.present(monotonic_now_ns()); }
   /// The loop of the loaded scenario or nullptr; valid until a request exchanges it.
   RunLoop* loop() const;
+  /// What clients say about its entities; nullptr: no scenario is loaded.
+  std::shared_ptr<const EntityInfos> entity_infos() const;
   /// Its simulation: to be touched only when the loop has ended.
   const Simulation* simulation() const;
 
@@ -82,11 +87,17 @@ class CellHost {
   // Executed at once, in any thread.
   Outcome<requests::GetFeatures> execute(const requests::GetFeatures& request) const;
   Outcome<requests::GetEntities> execute(const requests::GetEntities& request) const;
+  Outcome<requests::SetEntityInfo> execute(const requests::SetEntityInfo& request) const;
+  Outcome<requests::ReportGateway> execute(const requests::ReportGateway& request);
+  Outcome<requests::GetNamedPoses> execute(const requests::GetNamedPoses& request) const;
+  Outcome<requests::GetScenario> execute(const requests::GetScenario& request) const;
   Outcome<requests::WatchPressures> execute(const requests::WatchPressures& request) const;
   // Executed in any thread while no scenario is loaded; all other requests of the loop are refused.
   Outcome<requests::GetState> execute(const requests::GetState& request) const;
   Outcome<requests::SetState> execute(const requests::SetState& request) const;
   // The host's thread.
+  Outcome<requests::GetScenarios> execute(const requests::GetScenarios& request) const;
+  Outcome<requests::GetSpawnables> execute(const requests::GetSpawnables& request) const;
   Outcome<requests::LoadScenario> execute(const requests::LoadScenario& request);
   Outcome<requests::ReloadScenario> execute(const requests::ReloadScenario& request);
   Outcome<requests::UnloadScenario> execute(const requests::UnloadScenario& request);
@@ -126,6 +137,7 @@ class CellHost {
   const std::shared_ptr<OutboundQueue> outbound_ = std::make_shared<OutboundQueue>();
   std::function<void()> on_quit_;
   std::atomic<bool> announces_{false};
+  Gateways gateways_{outbound_->events};
   ScenarioSlot slot_;
   const ScenarioText text_;
   Snapshots snapshots_;

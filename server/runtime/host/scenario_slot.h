@@ -13,6 +13,7 @@
 #include "server/runtime/loop/run_loop.h"
 #include "server/runtime/loop/worker_pool.h"
 #include "server/runtime/recording/session_store.h"
+#include "server/runtime/requests/entity_infos.h"
 #include "server/runtime/requests/outbound_queue.h"
 #include "server/scenario/scenario.h"
 #include "server/simulation/model/cell_model.h"
@@ -44,7 +45,9 @@ struct LoadedScenario {
   std::optional<Scenario> as_loaded;   ///< content of the file
   std::optional<Scenario> content;     ///< with spawned Parts, without deleted ones
   std::vector<requests::Any> changes;  ///< from the first to the second
-  std::optional<RunLoop> loop;         ///< from the exchange on
+  /// Shared by the scenarios that spawning and deleting make of one another. Never null.
+  std::shared_ptr<EntityInfos> infos = std::make_shared<EntityInfos>();
+  std::optional<RunLoop> loop;  ///< from the exchange on
   std::optional<SnapshotWriter> writer;
 };
 

@@ -60,17 +60,13 @@ requests::GetFeaturesResponse features() {
   return response;
 }
 
-Outcome<requests::GetEntities> entities(const requests::GetEntities& request, const CellDescription& cell) {
+Outcome<requests::GetEntities> entities(const requests::GetEntities& request, const CellDescription& cell,
+                                        const EntityInfos& infos) {
   requests::GetEntitiesResponse response;
   for (const ComponentDescription& c : cell.components) {
     if (!request.filter.empty() && !glob_match(request.filter, c.name)) continue;
     if (request.type && *request.type != c.type) continue;
-    auto& entity = response.entities.emplace_back();
-    entity.name = c.name;
-    entity.type = c.type;
-    if (c.type != ComponentType::part) continue;
-    entity.hierarchy = c.hierarchy;
-    entity.mass = c.mass_kg;
+    response.entities.push_back(infos.of(c));
   }
   return {std::to_string(response.entities.size()) + " of " + std::to_string(cell.components.size()) +
               " components are as asked for.",

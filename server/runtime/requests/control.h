@@ -7,6 +7,7 @@
 #include <variant>
 
 #include "idl/vocabulary/arguments.h"
+#include "server/runtime/requests/entity_infos.h"
 #include "server/simulation/model/cell_description.h"
 #include "server/simulation/model/snapshot.h"
 #include "server/simulation/step/explanation.h"
@@ -58,7 +59,8 @@ ControlRequest control_request(const requests::Any& request);
 // Answers that depend on their arguments alone.
 
 requests::GetFeaturesResponse features();
-Outcome<requests::GetEntities> entities(const requests::GetEntities& request, const CellDescription& cell);
+Outcome<requests::GetEntities> entities(const requests::GetEntities& request, const CellDescription& cell,
+                                        const EntityInfos& infos);
 Outcome<requests::GetEntityState> entity_state(int component, const Snapshot& snapshot,
                                                const CellDescription& cell);
 /// `sign`: 1 on the base, -1 on the target.

@@ -32,6 +32,8 @@ struct ComponentDescription {
   std::array<float, 4> color{0.7F, 0.7F, 0.7F, 1.0F};  ///< r, g, b, a in 0..1
   bool carried = false;                                ///< a Ground that a device moves
 
+  /// Lower and upper corner of the box around its mesh, in B; std::nullopt without a mesh.
+  std::optional<std::array<Vec3, 2>> box() const;
   bool stands() const { return type == ComponentType::ground && !carried; }
 };
 

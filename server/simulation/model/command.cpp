@@ -172,6 +172,18 @@ int find_target(const CellDescription& cell, std::string_view name) {
   return -1;
 }
 
+std::optional<std::array<Vec3, 2>> ComponentDescription::box() const {
+  const std::vector<float>& vertices = mesh->vertices;
+  if (vertices.size() < 3) return std::nullopt;
+  const auto vertex = [&](std::size_t i) { return Vec3(vertices[i], vertices[i + 1], vertices[i + 2]); };
+  std::array<Vec3, 2> box{vertex(0), vertex(0)};
+  for (std::size_t i = 3; i + 2 < vertices.size(); i += 3) {
+    box[0] = box[0].cwiseMin(vertex(i));
+    box[1] = box[1].cwiseMax(vertex(i));
+  }
+  return box;
+}
+
 int CellDescription::find_component(std::string_view name) const {
   return find_by_name(components, name);
 }
