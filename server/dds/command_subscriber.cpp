@@ -278,7 +278,7 @@ void CommandSubscriber::deliver(int target, bool exclusive, const Command& comma
     events_.post(events::OwnedByAnother{name_of(target), senders_.text(verdict->owner)}, text_of(guid));
 }
 
-std::vector<takt_msgs::msg::TargetOwner> CommandSubscriber::owners() {
+std::vector<takt_msgs::msg::TargetOwner> CommandSubscriber::owners() const {
   constexpr std::size_t kLongestName = 128;
   std::vector<takt_msgs::msg::TargetOwner> owners;
   const std::lock_guard lock(mutex_);

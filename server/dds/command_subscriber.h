@@ -46,7 +46,7 @@ class CommandSubscriber {
   void expire_liveliness_leases();
 
   /// The owners of the targets that have one, in the order of the targets; none while closed.
-  std::vector<takt_msgs::msg::TargetOwner> owners();
+  std::vector<takt_msgs::msg::TargetOwner> owners() const;
 
   std::uint64_t rejected() const { return rejected_.load(std::memory_order_relaxed); }
 
@@ -87,7 +87,7 @@ class CommandSubscriber {
   std::atomic<std::uint64_t> rejected_{0};
   std::mutex readers_mutex_;        ///< never taken with mutex_ held
   std::vector<Listening> readers_;  // guarded by readers_mutex_
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   CommandOwnership ownership_;  // guarded by mutex_
 };
 

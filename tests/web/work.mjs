@@ -15,8 +15,9 @@ const {page, until, ask} = first;
 const begun = Date.now();
 const stage = (what) => console.log(`${((Date.now() - begun) / 1000).toFixed(1)} s: ${what}`);
 const shot = (name) => process.env.TAKT_SCREENSHOT && page.screenshot({path: process.env.TAKT_SCREENSHOT.replace('.png', `_${name}.png`)});
-const joints = () => Object.values(takt('state').robots.Robot1.position);
-const position = (name) => Object.values(takt('state').components[name].position);
+const names = await ask(() => takt.last.description.robots[0].joints.map(({name}) => name));
+const joints = () => { const of = takt('state').robots.Robot1.position; return names.map((name) => of[name]); };
+const position = (name) => { const {x, y, z} = takt('state').components[name].position; return [x, y, z]; };
 const near = async (read, wanted, tolerance, what) => {
   for (let i = 0; ; ++i) {
     const found = read();
@@ -26,7 +27,6 @@ const near = async (read, wanted, tolerance, what) => {
   }
 };
 const jog = (label) => page.locator(`#selection button[aria-label="${label}"]`);
-const names = await ask(() => takt.last.description.robots[0].joints.map(({name}) => name));
 const enabled = (label) => until((wanted) => document.querySelector(`#selection button[aria-label="${wanted}"]`)?.disabled === false, label);
 
 stage('joints');
@@ -128,7 +128,7 @@ await page.click('#turn');
 await until(() => takt.mover.mode === 'rotate');
 await page.locator('#cell').focus();
 await page.keyboard.press('PageUp');
-await near(() => [Object.values(takt('state').components.C.orientation)[2]], [Math.sin(Math.PI / 360)], 1e-3, 'a turn of 1 degree');
+await near(() => [takt('state').components.C.orientation.z], [Math.sin(Math.PI / 360)], 1e-3, 'a turn of 1 degree');
 await page.click('#play');
 await until(() => !takt.mover.handles.object);  // no handles while it runs
 await page.click('#turn');

@@ -159,7 +159,7 @@ Outcome<requests::SetEntityInfo> CellHost::execute(const requests::SetEntityInfo
 }
 
 Outcome<requests::ReportGateway> CellHost::execute(const requests::ReportGateway& request) {
-  if (gateways_.report(request, monotonic_now_ns())) return "The status has it.";
+  if (gateways_.report(request, monotonic_now_ns())) return std::string("The status has it.");
   return Refusal{ControlResult::failed, "The status has " + std::to_string(Gateways::kMost) +
                                             " gateways already; no more are possible."};
 }
