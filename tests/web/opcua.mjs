@@ -5,10 +5,11 @@ import {existsSync, writeFileSync} from 'node:fs';
 import {scenario, sources, start, stop, takt} from './processes.mjs';
 
 const bin = process.env.TAKT_BIN, work = process.env.TAKT_WORK;
-if (!existsSync(`${bin}/../share/takt/opcua/takt-opcua.mjs`)) {
-  console.log('skipped: npm could not be reached when takt was built');
-  process.exit(77);
-}
+const skip = (why) => { console.log(`skipped: ${why}`); process.exit(77); };
+if (!existsSync(`${bin}/../share/takt/opcua/takt-opcua.mjs`)) skip('npm could not be reached when takt was built');
+// takt-opcua itself runs on Node.js 18: its packages are in one file.
+const [major, minor] = process.versions.node.split('.').map(Number);
+if (major < 20 || (major === 20 && minor < 19)) skip(`node-opcua's client needs Node.js 20.19; this is ${process.version}`);
 process.env.XDG_CONFIG_HOME = `${work}/config`;  // of both sides: certificates
 const {AttributeIds, DataType, compareWithType, connect, constructEventFilter, later, until} = await import('./opcua_client.mjs');
 

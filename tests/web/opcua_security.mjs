@@ -5,10 +5,11 @@ import net from 'node:net';
 import {start, stop} from './processes.mjs';
 
 const bin = process.env.TAKT_BIN, work = process.env.TAKT_WORK;
-if (!existsSync(`${bin}/../share/takt/opcua/takt-opcua.mjs`)) {
-  console.log('skipped: npm could not be reached when takt was built');
-  process.exit(77);
-}
+const skip = (why) => { console.log(`skipped: ${why}`); process.exit(77); };
+if (!existsSync(`${bin}/../share/takt/opcua/takt-opcua.mjs`)) skip('npm could not be reached when takt was built');
+// takt-opcua itself runs on Node.js 18: its packages are in one file.
+const [major, minor] = process.versions.node.split('.').map(Number);
+if (major < 20 || (major === 20 && minor < 19)) skip(`node-opcua's client needs Node.js 20.19; this is ${process.version}`);
 process.env.XDG_CONFIG_HOME = `${work}/config`;
 const {MessageSecurityMode, OPCUACertificateManager, SecurityPolicy, UserTokenType, connect, later, policiesOf, until} = await import('./opcua_client.mjs');
 
