@@ -32,6 +32,7 @@ export class CellError extends Error {
 export class Cell extends EventEmitter {
   constructor({program, options, name}) {
     super();
+    this.setMaxListeners(0);  // each input that was set looks for its value
     Object.assign(this, {name, description: null, state: null, status: null, present: false, over: false, inputs: []});
     const arguments_ = ['--json', ...options, '--cell', name, 'view', '--port', '0', '--address', '127.0.0.1'];
     // The kernel ends the bridge with this process, however that ends.
