@@ -24,6 +24,10 @@ install(DIRECTORY idl/ DESTINATION ${CMAKE_INSTALL_DATADIR}/takt/idl FILES_MATCH
   PATTERN transport EXCLUDE)
 # Optional parts are installed if they were built.
 install(DIRECTORY ${CMAKE_BINARY_DIR}/share/takt/view DESTINATION ${CMAKE_INSTALL_DATADIR}/takt OPTIONAL)
+if(TARGET takt_opcua)
+  install(PROGRAMS client_lib/opcua/takt-opcua DESTINATION ${CMAKE_INSTALL_BINDIR})
+  install(DIRECTORY ${CMAKE_BINARY_DIR}/share/takt/opcua DESTINATION ${CMAKE_INSTALL_DATADIR}/takt OPTIONAL)
+endif()
 install(FILES ${CMAKE_BINARY_DIR}/vhacd/package/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME VHACD-LICENSE OPTIONAL)
 
 # Manual pages and the shell's words, from the help texts of the programs.
@@ -131,6 +135,6 @@ endif()
 set(CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/cmake/prerm)
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS gnuplot-nox)
 if(TARGET takt_client)
-  set(CPACK_DEBIAN_PACKAGE_SUGGESTS "lib${TAKT_FAST_DDS_PACKAGE}-dev, libeigen3-dev, nlohmann-json3-dev, libzstd-dev, liblz4-dev, zlib1g-dev")
+  set(CPACK_DEBIAN_PACKAGE_SUGGESTS "nodejs (>= 18), lib${TAKT_FAST_DDS_PACKAGE}-dev, libeigen3-dev, nlohmann-json3-dev, libzstd-dev, liblz4-dev, zlib1g-dev")
 endif()
 include(CPack)

@@ -23,6 +23,10 @@ if command -v zsh >/dev/null; then zsh -n "$place/usr/share/zsh/vendor-completio
 if command -v fish >/dev/null; then fish -n "$place/usr/share/fish/vendor_completions.d/takt.fish"; fi
 [[ ! -e $build/share/takt/view/index.html ]] || grep -q '<script' "$place/usr/share/takt/view/index.html"
 [[ ! -e $build/share/takt/view/index.html ]] || grep -q '^three ' "$place/usr/share/takt/view/licenses.txt"
+if [[ -e $build/share/takt/opcua/takt-opcua.mjs ]]; then
+  [[ $("$place/usr/bin/takt-opcua" --version) =~ ^takt-opcua\ [0-9]+\.[0-9]+\.[0-9]+\  ]]
+  grep -q '^node-opcua-server ' "$place/usr/share/takt/opcua/licenses.txt"
+fi
 test -f "$place/usr/lib/systemd/system/takt-server@.service"
 
 mkdir "$place/mine"

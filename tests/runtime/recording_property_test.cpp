@@ -90,7 +90,7 @@ std::uint64_t random_run(const std::shared_ptr<const CellModel>& model, LogRecor
     if (from_the_middle && i == actions / 2) {
       EXPECT_TRUE(loop.between_steps([&] { begin(false); }));
     }
-    switch (below(13)) {
+    switch (below(14)) {
       case 0:
         reader.request("attach", {{"part", "P"}, {"to", below(2) == 0 ? "Gripper1" : "C"}});
         break;
@@ -125,6 +125,10 @@ std::uint64_t random_run(const std::shared_ptr<const CellModel>& model, LogRecor
         break;
       case 12:
         reader.request("release_signal", {{"signal", "all"}});
+        break;
+      case 13:
+        reader.request("set_inputs", {{"inputs", "Gripper1.close, Gripper2.set_width"},
+                                      {"values", below(2) == 0 ? "1 0.02" : "0 0.01"}});
         break;
       case 8: {
         if (simulation.description().devices.empty()) break;

@@ -26,7 +26,8 @@ requires(request_info<Type>().changes ==
                    "A Part can be put elsewhere only while the simulation is paused or stopped."};
   const BitChange change = apply(request, loop_.simulation);
   if (const auto* reason = std::get_if<std::string>(&change)) return Refusal{ControlResult::failed, *reason};
-  std::string sentence = report(std::get<events::OfLoop>(change));
+  const auto* quiet = std::get_if<QuietChange>(&change);
+  std::string sentence = quiet != nullptr ? quiet->sentence : report(std::get<events::OfLoop>(change));
   control_.publish_instant();
   if (request_info<Type>().renews_status) control_.status.publish();
   return sentence;

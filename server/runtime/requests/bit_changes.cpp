@@ -56,6 +56,13 @@ namespace {
 std::string no_signal(const std::string& name, const CellDescription& cell) {
   return "There is no signal '" + name + "'; allowed: " + signals_there(cell, name) + ".";
 }
+
+/// The wire that keeps commands from this input: its own, of a gripper that of either input.
+const SignalWire* wire_to_owner(const CellDescription& cell, SignalRef ref) {
+  if (signal_owner(cell, ref.device).kind != SignalOwnerKind::gripper) return wire_to(cell, ref);
+  const SignalWire* wire = wire_to(cell, {ref.device, static_cast<int>(GripperSignal::close)});
+  return wire != nullptr ? wire : wire_to(cell, {ref.device, static_cast<int>(GripperSignal::set_width)});
+}
 }  // namespace
 
 BitChange apply(const requests::ForceSignal& request, Simulation& simulation) {
@@ -80,6 +87,30 @@ BitChange apply(const requests::ReleaseSignal& request, Simulation& simulation) 
   const auto ref = find_signal(cell, request.signal);
   if (!ref) return no_signal(request.signal, cell);
   return changed(simulation.release_signal(*ref), "It was not released", done);
+}
+
+BitChange apply(const requests::SetInputs& request, Simulation& simulation) {
+  const CellDescription& cell = simulation.description();
+  if (request.inputs.empty() || request.inputs.size() != request.values.size())
+    return "No input was set: " + std::to_string(request.inputs.size()) + " inputs and " +
+           std::to_string(request.values.size()) + " values; one value is needed for each input.";
+  std::vector<InputValue> values;
+  for (std::size_t i = 0; i < request.inputs.size(); ++i) {
+    const auto ref = find_signal(cell, request.inputs[i]);
+    if (!ref) return no_signal(request.inputs[i], cell);
+    const SignalDescription signal = describe_signal(cell, *ref);
+    if (!signal.commanded)
+      return "No input was set: " + request.inputs[i] + " is an output; force_signal gives it a value.";
+    if (const SignalWire* wire = wire_to_owner(cell, *ref))
+      return "No input was set: " + signal_name(cell, wire->to) + " is wired to '" + wire->text +
+             "'; force_signal gives it a value.";
+    if (std::string why = wrong_value(signal, request.values[i]); !why.empty())
+      return "No input was set: the value of " + request.inputs[i] + " " + why + ".";
+    values.push_back({*ref, request.values[i]});
+  }
+  if (std::string why = simulation.set_inputs(values); !why.empty()) return "No input was set: " + why + ".";
+  return QuietChange{std::to_string(values.size()) +
+                     (values.size() == 1 ? " input is set." : " inputs are set.")};
 }
 
 }  // namespace takt

@@ -11,8 +11,12 @@ namespace takt {
 
 class Simulation;
 
-/// The event of a change, or a sentence with the reason why nothing was changed.
-using BitChange = std::variant<events::OfLoop, std::string>;
+/// A change without an event, as those of commands.
+struct QuietChange {
+  std::string sentence;
+};
+/// The event of a change, a change without one, or a sentence with the reason why nothing was changed.
+using BitChange = std::variant<events::OfLoop, QuietChange, std::string>;
 
 BitChange apply(const requests::SetLevelOfDetail& request, Simulation& simulation);
 BitChange apply(const requests::SetEntityState& request, Simulation& simulation);
@@ -20,5 +24,6 @@ BitChange apply(const requests::Attach& request, Simulation& simulation);
 BitChange apply(const requests::Detach& request, Simulation& simulation);
 BitChange apply(const requests::ForceSignal& request, Simulation& simulation);
 BitChange apply(const requests::ReleaseSignal& request, Simulation& simulation);
+BitChange apply(const requests::SetInputs& request, Simulation& simulation);
 
 }  // namespace takt

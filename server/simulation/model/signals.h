@@ -22,6 +22,12 @@ struct ForcedSignal {
   double max_force_N = 0.0;  ///< of a gripper's input: with the action; 0: the gripper's own limit
 };
 
+/// A value for an input.
+struct InputValue {
+  SignalRef ref;
+  double value = 0.0;
+};
+
 enum class SignalOwnerKind : std::uint8_t { device, gripper, robot };
 
 /// The owner of a signal: its kind, and its index in that vector of the description.

@@ -179,6 +179,10 @@ class Simulation {
   /// the reason: it is not forced.
   std::string release_signal(SignalRef ref);
   std::span<const ForcedSignal> forced_signals() const;
+  /// Gives inputs values between two steps, as commands do. Each has no wire, and each value is one of the signal
+  /// (wrong_value()). A forced input takes its value at the release. Empty on success, else the reason, without any
+  /// change: the fault, or a gripper while a safety device stops the cell. May allocate.
+  std::string set_inputs(std::span<const InputValue> values);
   /// Present value, forced ones included.
   double signal(SignalRef ref) const;
 

@@ -304,6 +304,24 @@ std::string Simulation::release_signal(SignalRef ref) {
   return s.fault;
 }
 
+std::string Simulation::set_inputs(std::span<const InputValue> values) {
+  Impl& s = *impl_;
+  if (!s.fault.empty()) return failed(s.fault);
+  const CellDescription& cell = s.model->description;
+  for (const InputValue& one : values)
+    if (!s.plant.motion_allowed() && signal_owner(cell, one.ref.device).kind == SignalOwnerKind::gripper)
+      return "a safety device stops the cell, and " + std::string(signal_owner_name(cell, one.ref.device)) +
+             " stays as it is";
+  s.plant.set_time(s.time());
+  s.guard([&] {
+    s.refresh_motion();
+    bool jumps = false;
+    for (const InputValue& one : values) jumps |= s.signals.write(one.ref, one.value, s.time());
+    if (jumps) s.input_changed();
+  });
+  return s.fault;
+}
+
 std::span<const ForcedSignal> Simulation::forced_signals() const {
   return impl_->plant.forced_signals();
 }
