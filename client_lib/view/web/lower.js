@@ -10,6 +10,7 @@ import {Timeline} from './timeline.js';
 import {Track} from './track.js';
 
 const $ = (id) => document.getElementById(id);
+const GAP_S = 1;
 const OFFERED = ['state', 'contacts', 'status'];
 const JOINTS = 'sensor_msgs/msg/JointState', CONSUMER = 'takt_msgs/msg/PowerConsumer', STATE = 'takt_msgs/msg/CellState';
 const numbersOf = (type, list) => Object.entries(messages[type]).filter(([, field]) => field.signal && !field.type && Boolean(field.list) === list).map(([key]) => key);
@@ -17,7 +18,7 @@ const numbersOf = (type, list) => Object.entries(messages[type]).filter(([, fiel
 export class Lower {
   // seek(position): of a recording. tell(sentence). changed(): other curves. show(): another time is looked at.
   constructor({seek, tell, changed, show}) {
-    Object.assign(this, {seek, tell, film: null, wanted: null, seeking: false, listed: new Map(), places: new Track()});
+    Object.assign(this, {seek, tell, film: null, wanted: null, seeking: false, listed: new Map(), logs: new Map(), places: new Track()});
     this.places.add('log');
     this.signals = new Signals();
     this.past = new Past(() => { show(); this.badge(); });
@@ -95,6 +96,7 @@ export class Lower {
   // `log`: when it was recorded or received, s.
   sample(name, type, sample, log) {
     const time = sample.time ?? stampOf(sample);
+    if (this.film) this.follows(name, log);
     if (name === 'state') {
       this.newest = sample;
       if (this.film) this.places.take(time, new Map([['log', log]]));
@@ -120,10 +122,18 @@ export class Lower {
     this.plots.take(name, time, sample.epoch, values, Boolean(this.film));
   }
 
+  // A sample that was recorded before the last one, or long after it, does not follow it.
+  follows(name, log) {
+    const last = this.logs.get(name);
+    this.logs.set(name, log);
+    if (log >= last && log <= last + GAP_S) return;
+    this.plots.jump(name);
+    if (name === 'state') this.places.jump();
+  }
+
   play(at, log) {
     const {film} = this;
     if (!film) return;
-    if (Math.abs(at.position - film.position) > 1 || at.position < film.position) { this.plots.jump(); this.places.jump(); }
     Object.assign(film, {first: log - at.position, position: at.position, duration: at.duration});
     $('playback').hidden = false;
     $('place').textContent = `${at.position.toFixed(1)} of ${at.duration.toFixed(1)} s, ${at.playing ? `${at.rate} x` : at.problem ? 'cannot be played from here' : 'paused'}`;
@@ -156,8 +166,6 @@ export class Lower {
     if (this.seeking || this.wanted === null) return;
     const position = this.wanted;
     Object.assign(this, {seeking: true, wanted: null});
-    this.plots.jump();
-    this.places.jump();
     this.seek(position).catch(({message}) => this.tell(message)).finally(() => { this.seeking = false; this.follow(); });
   }
   goEvent(event) {

@@ -10,6 +10,7 @@ import {frame, keyboard} from './shell.js';
 const $ = (id) => document.getElementById(id);
 const RUNS = {no_scenario: 'no scenario', loading_scenario: 'loading'};
 const SHOWN = ['description', 'status', 'events', 'recorded_events', 'state', 'contacts'];
+const identityOf = (description) => description && [description.cell, description.scenario, description.scenario_generation, ...description.components.map(({name}) => name)].join('\n');
 const topicOf = (name) => name.replace(/^\/[^/]*\//, '');
 
 // The last answer, whole where the pointer rests on it: there may be no room for all of it.
@@ -89,6 +90,7 @@ function subscribe() {
 
 const takes = {
   description(description) {
+    if (playback && identityOf(description) === identityOf(signals.description)) return;  // it comes again at each place of a recording
     lower.describe(description, asked.plots);
     cell.describe(description);
     tree.describe(description);

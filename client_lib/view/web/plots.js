@@ -240,8 +240,8 @@ export class Plots {
     if (!recording && time < track.x.at(-1)) track.clear();
     if (track.x.length || [...values.values()].some((value) => value !== null)) if (track.take(time, values)) this.touch();
   }
-  // The recording goes to another place.
-  jump() { for (const track of this.tracks.values()) track.jump(); }
+  // The next sample of this topic does not follow the last one.
+  jump(topic) { this.tracks.get(topic)?.jump(); }
   clear() { for (const track of this.tracks.values()) track.clear(); this.zoom(null); }
   touch() { this.dirty = true; }
 
