@@ -9,7 +9,7 @@ const rank = (title) => (FIRST.includes(title) ? FIRST.indexOf(title) : FIRST.le
 export class CurveTree {
   // add(name, apart): to the plot that is chosen, or apart from all.
   constructor(add) {
-    Object.assign(this, {add, names: new Map(), root: new Map(), drawn: ''});
+    Object.assign(this, {add, names: new Map(), root: new Map(), listed: null});
     const tree = $('signals'), leaf = (event) => event.composedPath().find((one) => one.localName === 'wa-tree-item' && one.takt !== undefined);
     tree.addEventListener('keydown', (event) => {
       const at = document.activeElement?.takt;
@@ -66,10 +66,14 @@ export class CurveTree {
   draw() {
     if (!$('signal').value.trim()) {
       this.root = new Map([...this.root].sort(([a], [b]) => rank(a) - rank(b)));
+      this.listed = null;
       this.fill($('signals'), this.root);
       return;
     }
-    const found = this.found(), items = found.slice(0, MOST_FOUND).map((name) => this.leaf(levelsOf(name).join(' '), name));
+    const found = this.found(), key = found.join('\n');
+    if (key === this.listed) return;
+    this.listed = key;
+    const items = found.slice(0, MOST_FOUND).map((name) => this.leaf(levelsOf(name).join(' '), name));
     if (found.length > MOST_FOUND) items.push(Object.assign(document.createElement('wa-tree-item'), {disabled: true, textContent: `and ${found.length - MOST_FOUND} others`}));
     if (!found.length) items.push(Object.assign(document.createElement('wa-tree-item'), {disabled: true, textContent: 'no such signal'}));
     $('signals').replaceChildren(...items);
@@ -84,20 +88,25 @@ export class CurveTree {
     item.append(text, unit);
     return item;
   }
-  // A branch has its children once it is opened. One that is open stays so when signals are added.
+  // A branch has its children once it is opened. When signals are added, what is there stays: open, and with the focus.
   fill(place, node) {
-    const open = new Map([...place.children].filter(({node: one, lazy}) => one && !lazy).map((item) => [item.node, item]));
+    const before = [...place.children].filter(({localName}) => localName === 'wa-tree-item'), there = new Map(before.map((item) => [item.node ?? item.takt, item]));
     const children = [...node].map(([text, of]) => {
+      const kept = there.get(of);
+      if (kept?.node && !kept.lazy) this.fill(kept, of);
+      if (kept) return kept;
       if (!(of instanceof Map)) return this.leaf(text, of);
-      const kept = open.get(of);
-      if (kept) { this.fill(kept, of); return kept; }
       const item = document.createElement('wa-tree-item');
       item.node = of;
       item.lazy = true;
       item.append(text);
       return item;
     });
-    if (place === $('signals')) place.replaceChildren(...children);
-    else { for (const child of [...place.children]) if (child.localName === 'wa-tree-item') child.remove(); place.append(...children); }
+    const stays = new Set(children);
+    for (const item of before) if (!stays.has(item)) item.remove();
+    children.forEach((item, i) => {
+      const next = i ? children[i - 1].nextElementSibling : [...place.children].find(({localName}) => localName === 'wa-tree-item') ?? null;
+      if (next !== item) place.insertBefore(item, next);
+    });
   }
 }
