@@ -62,7 +62,8 @@ export class Lower {
     const consumers = [...description.robots, ...meters].map(({name}) => ({name, ...Object.fromEntries(numbersOf(CONSUMER, false).map((key) => [key, 0]))}));
     offer('power', 'takt_msgs/msg/Power', {consumers});
     this.tree.draw();
-    this.asked = asked ?? this.first(description);
+    // An address has names, or lists of them: a plot each. Its text may have any form.
+    this.asked = Array.isArray(asked) ? asked.map((names) => [names].flat().filter((name) => typeof name === 'string')).filter(({length}) => length) : this.first(description).map((name) => [name]);
   }
   first({robots: [robot], components}) {
     const part = components.find(({type}) => type === ComponentType.part), chosen = [];
@@ -110,7 +111,7 @@ export class Lower {
     if (name === 'playback') this.play(sample, log);
     this.offerOf(name, type, sample);
     if (name === 'state' && this.asked && this.signals.description && !this.plots.plots.length) {
-      for (const [first, ...others] of this.asked.map((names) => [names].flat())) {
+      for (const [first, ...others] of this.asked) {
         const plot = this.plots.add(first);
         for (const other of others) this.plots.add(other, plot);
       }

@@ -26,7 +26,7 @@ export class Plots {
     this.resized.observe(place);
   }
 
-  width(holder) { return Math.max(holder.clientWidth, 200); }
+  width(holder) { return Math.max(holder.querySelector('.chart').clientWidth, 200); }
   curve(name) { for (const {curves} of this.plots) for (const one of curves) if (one.name === name) return one; return null; }
   has(name) { return Boolean(this.curve(name)); }
   names() { return this.plots.map(({curves}) => (curves.length === 1 ? curves[0].name : curves.map(({name}) => name))); }
