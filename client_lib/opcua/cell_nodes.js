@@ -185,7 +185,7 @@ export class CellNodes {
       timestamped_get: () => new DataValue(source.dataValue),
       timestamped_set: async (dataValue) => {
         const {value} = dataValue.value, number = Number(value);
-        if (typeof value === 'object') return StatusCodes.BadTypeMismatch;  // an array
+        if (Object(value) === value) return StatusCodes.BadTypeMismatch;  // an array
         if (!Number.isFinite(number) || (range && (number < range[0] || number > range[1]))) return StatusCodes.BadOutOfRange;
         try {
           // A forced input keeps its value.

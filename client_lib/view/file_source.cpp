@@ -43,6 +43,7 @@ FileSource::FileSource(const std::filesystem::path& file, Stream& stream) : stre
   playback_channel_ = stream_.add_channel({0, std::string(annotation(playback.annotations, "channel")), "cdr",
                                            type, "ros2msg", types.ros2msg(type), false});
   look_through();
+  publish_events();
   position_ns_ = reader_.first_ns();
   thread_ = std::thread([this] { run(); });
 }
@@ -66,6 +67,17 @@ void FileSource::look_through() {
       kept_[message.channel->number].push_back({message.log_time_ns, std::string(message.sample)});
     return true;
   });
+}
+
+/// The whole recording's events, for a timeline: on the cell's own channel they come as the playback reaches them.
+void FileSource::publish_events() {
+  for (const auto& [id, samples] : kept_) {
+    const auto& channel = reader_.channels().at(id);
+    if (!is_event(channel)) continue;
+    const std::uint32_t all = stream_.add_channel({0, "/takt/recorded_events", channel.encoding, channel.type,
+                                                   channel.schema_encoding, channel.schema, true});
+    for (const Kept& sample : samples) stream_.push(all, sample.time_ns, sample.sample);
+  }
 }
 
 /// Shows the newest sample of each channel at that position.

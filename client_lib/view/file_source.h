@@ -35,6 +35,7 @@ class FileSource {
     std::string sample;
   };
   void look_through();
+  void publish_events();
   void run();
   void show(std::unique_lock<std::mutex>& lock, std::uint64_t seen);
   void play_on(std::unique_lock<std::mutex>& lock);

@@ -14,7 +14,7 @@ def script(reader):
     text += ("\n// The name of a number; the number itself where it has none.\nexport const nameOf = (enumeration, value) => "
              "Object.keys(enumeration).find((name) => enumeration[name] === value) ?? String(value);\n"
              "\n// Fields of messages by type: `type` of a field that is a message; `list`; `order`, `key` and `index` as in the IDL;\n"
-             "// `signal`: its numbers can be plotted.\nexport const messages = Object.freeze({\n")
+             "// `signal`: its numbers can be plotted; `unit`: theirs, which a message without units has from the field that holds it.\nexport const messages = Object.freeze({\n")
     sent = [struct for struct in reader.structs.values() if struct.has("topic")]
     names = {struct.full_name for struct in sent}.union(*(referenced(struct, reader) for struct in sent))
     for name in sorted(names):
@@ -27,7 +27,7 @@ def described(field):
     made = {"list": True} if field.sequence else {}
     if field.kind == "message":
         made["type"] = field.type
-    made |= {key: field.annotation(key) for key in ("order", "key", "index") if field.has(key)}
+    made |= {key: field.annotation(key) for key in ("order", "key", "index", "unit") if field.has(key)}
     stamp = field.type in ("builtin_interfaces/msg/Time", "std_msgs/msg/Header")
     if field.kind != "string" and not (stamp or field.has("identity") or field.has("hexadecimal")):
         made["signal"] = True

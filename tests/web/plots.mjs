@@ -10,30 +10,39 @@ const browser = await chromium.launch(executable());
 const begun = Date.now();
 const stage = (what) => console.log(`${((Date.now() - begun) / 1000).toFixed(1)} s: ${what}`);
 
+const UNITS = {};  // of each curve, as the IDL or the device has it
 const add = async (page, name) => {
   await page.fill('#signal', name);
   await page.click('#add-plot');
 };
 const filled = (until, names, count) =>
-  until(([wanted, n]) => wanted.every((name) => takt.plots.plots.some((plot) => plot.name === name && plot.x.length >= n)), [names, count]);
-// Of a plot: its numbers, those that its chart has, the newest one in words, and how much of its colour is on its canvas.
+  until(([wanted, n]) => wanted.every((name) => takt.plots.has(name) && takt.plots.numbers(name).x.length >= n), [names, count]);
+// Of a curve in a plot of its own: its numbers, those that the chart has, the newest one in words, and how much of its colour is
+// on the canvas.
 const read = (ask, name) => ask((wanted) => {
-  const plot = takt.plots.plots.find((other) => other.name === wanted), canvas = plot.holder.querySelector('canvas');
+  const plot = takt.plots.plots.find(({curves}) => curves[0].name === wanted), canvas = plot.holder.querySelector('canvas');
   const {data} = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
   const colour = plot.chart.series[1].stroke();
   const [r, g, b] = [1, 3, 5].map((i) => parseInt(colour.slice(i, i + 2), 16));
   let drawn = 0;
   for (let i = 0; i < data.length; i += 4)
     if (data[i + 3] > 128 && Math.abs(data[i] - r) + Math.abs(data[i + 1] - g) + Math.abs(data[i + 2] - b) < 60) ++drawn;
-  return {x: [...plot.x], y: [...plot.y], chart: plot.chart.data.map((values) => [...values]), newest: plot.newest.textContent, drawn};
+  const {x, y} = takt.plots.numbers(wanted);
+  return {x: [...x], y: [...y], chart: plot.chart.data.map((values) => [...values]), newest: plot.curves[0].newest.textContent, drawn};
 }, name);
 // A line as long as the plot is wide, at least.
 function assertDrawn(name, plot) {
   assert.deepEqual(plot.chart, [plot.x, plot.y], `${name}: the chart has other numbers`);
-  assert.equal(plot.newest, plot.y.at(-1).toPrecision(5), name);
+  const [, number, unit] = plot.newest.match(/^(\S+)(?: (.+))?$/), newest = plot.y.at(-1);
+  assert.ok(Math.abs(Number(number) - newest) <= 1e-4 * Math.abs(newest), `${name}: ${plot.newest} is not ${newest}`);
+  assert.equal(unit, UNITS[name], name);
   assert.ok(plot.drawn > 100, `${name}: ${plot.drawn} pixels of its line`);
 }
-const drawn = (ask) => ask(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+const drawn = async (ask) => {
+  while (await ask(() => takt.plots.dirty));
+  await ask(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+};
+const offered = (until, names) => until((wanted) => wanted.every((name) => takt.lower.tree.has(name)), names);
 // A recorder that hears the cell: what it has written is read back.
 async function recording(file, until) {
   const recorder = await start('takt', ['record', file, '--until', until]);
@@ -69,9 +78,10 @@ const contact = 'contacts.contacts.P-Table1.normal_force', lifting = 'contacts.c
 const electrical = 'power.consumers.Robot1.electrical_power', torque = 'state.robots.Robot1.effort.shoulder_lift_joint';
 const jointState = 'Robot1/joint_states.effort.shoulder_lift_joint';
 const names = [electrical, contact, lifting, torque, jointState];
+Object.assign(UNITS, {[electrical]: 'W', [contact]: 'N', [lifting]: 'N', [torque]: 'N m', [jointState]: 'N m'});
 // All of them are there to choose from, contacts from when they press: after the first step.
 await page.click('#step');
-await until((wanted) => { const there = [...document.querySelector('#signals').options].map(({value}) => value); return wanted.every((name) => there.includes(name)); }, names);
+await offered(until, names);
 for (const name of names) await add(page, name);
 const recorder = await recording('seen.mcap', '2');
 const controller = await start('takt-controller', [program]);
@@ -82,7 +92,7 @@ await until(() => takt.last.status.state === 2);
 const heard = exported('seen.mcap');
 const state = takt('state');
 await until((step) => takt.last.state.step === BigInt(step), state.step);
-await until(([wanted, time]) => wanted.every((name) => takt.plots.plots.some((plot) => plot.name === name && Math.abs(plot.x.at(-1) - time) < 1e-6)), [names, state.time]);
+await until(([wanted, time]) => wanted.every((name) => Math.abs(takt.plots.numbers(name).x.at(-1) - time) < 1e-6), [names, state.time]);
 await drawn(ask);
 const plots = {};
 for (const name of names) {
@@ -113,10 +123,10 @@ const [x, y, z] = ['x', 'y', 'z'].map((axis) => String(state.components.P.positi
 const numbers = plots[contact].y.length, before = plots[torque].y.length;
 takt('move', 'P', '--at', x, y, '1.5', '--velocity', '0', '0', '0');
 await page.click('#step');
-await until((name) => takt.plots.plots.find((plot) => plot.name === name).y.at(-1) === null, contact);
+await until((name) => takt.plots.numbers(name).y.at(-1) === null, contact);
 takt('step', '20');
 const lifted = takt('state');
-await until(([wanted, time]) => wanted.every((name) => takt.plots.plots.some((plot) => plot.name === name && plot.x.at(-1) === time)), [[contact, torque], lifted.time]);
+await until(([wanted, time]) => wanted.every((name) => takt.plots.numbers(name).x.at(-1) === time), [[contact, torque], lifted.time]);
 await drawn(ask);
 const gap = await read(ask, contact);
 assert.equal(gap.newest, 'none');
@@ -126,7 +136,7 @@ assert.ok((await read(ask, torque)).y.slice(before).every((value) => value !== n
 takt('move', 'P', '--at', x, y, z, '--velocity', '0', '0', '0');
 takt('step', '100');
 const stands = takt('state');
-await until(([name, time]) => takt.plots.plots.find((plot) => plot.name === name).x.at(-1) === time, [contact, stands.time]);
+await until(([name, time]) => takt.plots.numbers(name).x.at(-1) === time, [contact, stands.time]);
 await drawn(ask);
 const again = await read(ask, contact);
 assertDrawn(contact, again);
@@ -139,7 +149,7 @@ await page.click('#reset');
 await until(() => takt.last.state.epoch === 1 && takt.last.state.time === 0);
 await page.click('#play');
 await filled(until, names, 20);
-assert.ok(await ask(() => takt.plots.plots.every(({x}) => x[0] < 0.5 && x.every((value, i) => i === 0 || value > x[i - 1]))));
+assert.ok(await ask(() => [...takt.plots.tracks.values()].every(({x}) => x[0] < 0.5 && x.every((value, i) => i === 0 || value > x[i - 1]))));
 assert.deepEqual(problems, []);
 await page.context().close();
 await stop(running);
@@ -152,7 +162,8 @@ const {child: second, url: oven} = await view();
 const kitchen = await visit(browser, oven);
 takt('move', 'Rotor', '--at', '1.15', '0', '0.4');
 const heat = 'state.devices.Rotor_heat.signals.temperature', air = 'state.devices.Furnace.signals.air_temperature';
-await kitchen.until((wanted) => { const there = [...document.querySelector('#signals').options].map(({value}) => value); return wanted.every((name) => there.includes(name)); }, [heat, air]);
+await offered(kitchen.until, [heat, air]);
+Object.assign(UNITS, {[heat]: 'degC', [air]: 'degC'});
 for (const name of [heat, air]) await add(kitchen.page, name);
 const second_recorder = await recording('oven.mcap', '600');
 await kitchen.page.fill('#factor', '200');

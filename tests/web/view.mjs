@@ -44,8 +44,8 @@ const first = await pixels();
 await page.click('#play');
 await until(() => takt.last.state.time > 4.5);
 assert.notEqual(await pixels(), first);
-await until(() => takt.plots.plots.length > 0 && takt.plots.plots.every(({x}) => x.length > 20));
-assert.ok(await ask(() => takt.plots.plots.every(({x}) => x.every((value, i) => i === 0 || value > x[i - 1]))));
+await until(() => takt.plots.tracks.size > 0 && [...takt.plots.tracks.values()].every(({x}) => x.length > 20));
+assert.ok(await ask(() => [...takt.plots.tracks.values()].every(({x}) => x.every((value, i) => i === 0 || value > x[i - 1]))));
 await until(() => document.querySelectorAll('#events li').length > 0);
 assert.match(await page.locator('#events time').first().textContent(), /^\d+\.\d{3}$/);
 await until(() => document.querySelector('#graph').textContent.includes('Gripper1') && takt.last.state.components.some(({state}) => state === 1));
@@ -100,7 +100,7 @@ stage('plots');
 await page.fill('#signal', 'Robot1/joint_states.velocity.elbow_joint');
 await page.click('#add-plot');
 await page.click('#play');
-await until(() => takt.plots.plots.some(({name, x}) => name.endsWith('elbow_joint') && x.length > 20));
+await until(() => takt.plots.numbers('Robot1/joint_states.velocity.elbow_joint').x.length > 20);
 
 stage('observer');
 // An observer looks, and cannot touch.

@@ -5,7 +5,7 @@ import {MessageReader} from '@foxglove/rosmsg2-serialization';
 const text = new TextDecoder(), bytes = new TextEncoder();
 
 export class Link {
-  // on: {open(info), closed(), channel(channel), sample(topic, sample, type)}; wants(channel): to be subscribed?
+  // on: {open(info), closed(), channel(channel), sample(topic, sample, type, log)}; wants(channel): to be subscribed?
   constructor(url, on, wants) {
     Object.assign(this, {url, on, wants, calls: new Map(), nextCall: 1, wait: 250});
     this.connect();
@@ -50,7 +50,7 @@ export class Link {
       if (!channel) return;
       const payload = new Uint8Array(buffer, 13);
       const sample = channel.reader ? channel.reader.readMessage(payload) : JSON.parse(text.decode(payload));
-      this.on.sample(channel.topic, sample, channel.schemaName);
+      this.on.sample(channel.topic, sample, channel.schemaName, Number(view.getBigUint64(5, true)) / 1e9);
     } else if (view.getUint8(0) === 3) {
       const length = view.getUint32(9, true);
       const reply = JSON.parse(text.decode(new Uint8Array(buffer, 13 + length)));

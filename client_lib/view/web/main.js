@@ -1,19 +1,18 @@
 import {Cell, STATES, STATE_COLORS, OPEN, CLOSED, GRIPS, FORCE, CONTACT, HOLDS, colorOf} from './cell.js';
-import {ComponentType, Pace, PartState, Severity, SimulationState, messages, nameOf} from './messages.js';
+import {ComponentType, Pace, PartState, SimulationState, nameOf} from './messages.js';
 import {Eye, Ruler} from './eye.js';
 import {Inspector} from './inspector.js';
 import {Link} from './link.js';
+import {Lower} from './lower.js';
 import {Menu} from './menu.js';
 import {Mover} from './mover.js';
-import {Plots} from './plots.js';
 import {SceneTree} from './scene_tree.js';
 import {frame, keyboard} from './shell.js';
-import {Signals} from './signals.js';
 
 const $ = (id) => document.getElementById(id);
 const RUNS = {no_scenario: 'no scenario', loading_scenario: 'loading'};
-const SHOWN = ['description', 'status', 'events', 'state', 'contacts'];
-const seconds = (stamp) => (1e9 * stamp.sec + (stamp.nanosec ?? stamp.nsec)) / 1e9;
+const SHOWN = ['description', 'status', 'events', 'recorded_events', 'state', 'contacts'];
+const identityOf = (description) => description && [description.cell, description.scenario, description.scenario_generation, ...description.components.map(({name}) => name)].join('\n');
 const topicOf = (name) => name.replace(/^\/[^/]*\//, '');
 
 // The last answer, whole where the pointer rests on it: there may be no room for all of it.
@@ -30,11 +29,11 @@ cell.onMissing = (names) => {
   tell(`${names.length === 1 ? 'The mesh file' : `${names.length} mesh files, among them`} ${names[0]} of a robot ${names.length === 1 ? 'is' : 'are'} not there; start takt view with --files FOLDER.`);
 };
 const eye = new Eye(cell), ruler = new Ruler(cell);
-const signals = new Signals();
-const plots = new Plots($('plots'), () => { remember(); subscribe(); });
-frame((dark) => { cell.paint(dark); plots.repaint(); });
 const last = {};       // newest sample of each topic
-let events = [], lastEvent = 0n, playback = null;
+let playback = null;
+const lower = new Lower({tell, seek: (position) => link.call('seek', {position}), changed: () => { remember(); subscribe(); }, show: lookAt});
+const {signals, plots} = lower;
+frame((dark) => { cell.paint(dark); lower.repaint(); });
 
 // The view in the address, else the default view.
 const asked = (() => { try { return JSON.parse(decodeURIComponent(location.hash.slice(1)) || '{}'); } catch { return {}; } })();
@@ -56,21 +55,19 @@ const link = new Link(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${loca
     $('connection').className = '';
     const observer = info.metadata.control !== 'true' || new URLSearchParams(location.search).has('observer');
     for (const control of $('controls').querySelectorAll('button, input, select')) control.disabled = observer;
-    $('position').disabled = observer;
+    lower.open(info.metadata.source === 'file', observer);
     cell.files = info.metadata.files === 'true';
     subscribed.clear();
-    events = [];
-    lastEvent = 0n;
   },
   closed() {
     $('connection').textContent = 'not connected, trying again';
     $('connection').className = 'off';
   },
-  sample(topic, sample, type) {
+  sample(topic, sample, type, log) {
     const name = topicOf(topic);
     last[name] = sample;
+    if (name !== 'description') lower.sample(name, type, sample, log);
     (takes[name] ?? (() => {}))(sample);
-    plot(name, type, sample);
   },
 }, (channel) => {
   const name = topicOf(channel.topic);
@@ -95,10 +92,9 @@ function subscribe() {
 
 const takes = {
   description(description) {
-    signals.describe(description);
+    if (playback && identityOf(description) === identityOf(signals.description)) return;  // it comes again at each place of a recording
+    lower.describe(description, asked.plots);
     cell.describe(description);
-    plots.clear();
-    offerDescribed(description);
     tree.describe(description);
     const names = description.components.map(({name}) => name);
     $('follow').replaceChildren(new Option('nothing', ''), ...names.map((name) => new Option(name)));
@@ -108,91 +104,42 @@ const takes = {
     if (last.state) takes.state(last.state);
     provisional = generation !== before;  // that state may be of the cell before
     select(chosen);
-    if (!plots.plots.length) (asked.plots ?? firstPlots(description)).forEach((name) => plots.add(name));
   },
   state(state) {
-    cell.show(state);
-    first();
+    if (!lower.past.shown) {
+      cell.show(state);
+      first();
+    }
     drawn.state = drawn.graph = true;
   },
   contacts(contacts) {
-    cell.showContacts(contacts);
+    if (!lower.past.shown) cell.showContacts(contacts);
     listPairs(contacts.contacts.map(({base, target}) => pairName(base, target)));
   },
   contact_pressures(sample) {
     const chosen = $('pressure').value;
     const pairs = sample.pairs.filter(({base, target}) => chosen === '*' || chosen === pairName(base, target));
+    if (lower.past.shown) return;
     cell.showPressures({pairs});
     if (last.contacts) cell.showContacts(last.contacts);
     pressureLegend(pairs);
     if (playback) listPairs(sample.pairs.map(({base, target}) => pairName(base, target)));
   },
   status() { drawn.status = true; },
-  events(event) {
-    if (event.sequence_number <= lastEvent && event.sequence_number !== 1n) return;
-    if (event.sequence_number === 1n && lastEvent > 0n) events = [];  // the server was started again
-    lastEvent = event.sequence_number;
-    events.push(event);
-    if (events.length > 300) events.shift();
-    drawn.events = true;
-  },
   playback(at) {
     if (!playback) { playback = at; subscribe(); }
     playback = at;
-    $('playback').hidden = false;
-    if (!$('position').matches(':active')) $('position').value = at.position / Math.max(at.duration, 1e-9);
-    $('place').textContent = `${at.position.toFixed(1)} of ${at.duration.toFixed(1)} s, ${at.playing ? `${at.rate} x` : at.problem ? 'cannot be played from here' : 'paused'}`;
-    $('place').title = at.problem;
-    if (at.problem) tell(at.problem);
   },
 };
 
-function firstPlots(description) {
-  const robot = description.robots[0], part = description.components.find(({type}) => type === ComponentType.part);
-  const chosen = [];
-  if (robot?.joints.length) chosen.push(`state.robots.${robot.name}.position.${robot.joints[Math.min(1, robot.joints.length - 1)].name}`);
-  if (part) chosen.push(`state.components.${part.name}.position.z`);
-  return chosen;
-}
-
-// Names to choose from: once per topic, and whenever other pairs press.
-const listed = new Map(), offered = new Set();
-function offer(full) {
-  if (offered.has(full)) return;
-  offered.add(full);
-  $('signals').append(new Option(full));
-}
-function offerNames(name, type, sample) {
-  if (!['state', 'contacts', 'status'].includes(name)) return;
-  const key = name === 'contacts' ? sample.contacts.map(({base, target}) => pairName(base, target)).join() : '';
-  if (listed.get(name) === key) return;
-  listed.set(name, key);
-  signals.each(name, type, sample, offer);
-}
-// Of topics that are received only while a plot needs them.
-function offerDescribed({robots, devices}) {
-  listed.clear();
-  offered.clear();
-  $('signals').replaceChildren();
-  for (const {name, joints} of robots) {
-    offerPower(name);
-    for (const kind of numbersOf('sensor_msgs/msg/JointState', true))
-      for (const joint of joints) offer(`${name}/joint_states.${kind}.${joint.name}`);
-  }
-  for (const {name, signals: of} of devices ?? [])
-    if (['power', 'energy'].every((wanted) => of.some(({name: signal}) => signal === wanted))) offerPower(name);
-}
-const numbersOf = (type, list) => Object.entries(messages[type]).filter(([, field]) => field.signal && !field.type && Boolean(field.list) === list).map(([key]) => key);
-function offerPower(name) {
-  for (const number of numbersOf('takt_msgs/msg/PowerConsumer', false)) offer(`power.consumers.${name}.${number}`);
-}
-function plot(name, type, sample) {
-  if (signals.description) offerNames(name, type, sample);
-  if (!plots.wants(name)) return;
-  const values = new Map();
-  signals.each(name, type, sample, (full, value) => { if (plots.has(full)) values.set(full, value); });
-  const stamp = sample.header?.stamp ?? sample.stamp;
-  plots.take(name, sample.time ?? (stamp ? seconds(stamp) : 0), sample.epoch, values);
+// The picture of a time of the past, or of the present again. Pressures are those of the present alone.
+function lookAt() {
+  const {shown} = lower.past;
+  if (shown || last.state) cell.show(lower.state);
+  cell.showPressures({pairs: []});
+  if (shown || last.contacts) cell.showContacts({contacts: shown ? shown.contacts : last.contacts.contacts});
+  if (!shown && last.contact_pressures) takes.contact_pressures(last.contact_pressures);
+  drawn.state = drawn.graph = true;
 }
 
 // --- drawing: what has changed, at most once a frame ----------------------------------------------------------------
@@ -205,7 +152,7 @@ const element = (kind, text, attributes = {}) => {
 };
 
 function rows() {
-  const {status: s, state} = last;
+  const {status: s} = last, {state} = lower;
   const number = (value, digits) => Number(value).toFixed(digits);
   const list = [['time', state ? `${number(state.time, 3)} s (step ${state.step})` : '-']];
   if (s) {
@@ -247,7 +194,7 @@ function rows() {
 
 // Holding relations: holders left, parts right.
 function graph() {
-  const {description} = signals, {state} = last;
+  const {description} = signals, {state} = lower;
   if (!description || !state) return;
   const parts = description.components.map((component, i) => ({...state.components[i], name: component.name, type: component.type, i})).filter(({type, state: s}) => type === ComponentType.part && s !== PartState.parked);
   const key = parts.map(({partner, state: s}) => `${partner}:${s}`).join();
@@ -266,25 +213,16 @@ function graph() {
   $('graph').replaceChildren(...drawing);
 }
 
-function eventList() {
-  $('events').replaceChildren(...events.slice(-100).reverse().map((event) => {
-    const item = element('li', '', {class: event.severity === Severity.information ? '' : nameOf(Severity, event.severity)});
-    item.append(element('time', seconds(event.stamp).toFixed(3)), document.createTextNode(event.message));
-    return item;
-  }));
-}
-
 function draw() {
   requestAnimationFrame(draw);
   if (drawn.status || drawn.state) {
     rows();
-    if (last.state) $('clock').textContent = `${last.state.time.toFixed(3)} s`;
-    inspector.update(last.state, last.status);
+    if (last.state) $('clock').textContent = `${lower.state.time.toFixed(3)} s`;
+    inspector.update(lower.state, last.status);
     handles();
   }
   if (drawn.graph) graph();
-  if (drawn.events) eventList();
-  plots.draw();
+  lower.draw();
   for (const key of Object.keys(drawn)) delete drawn[key];
 }
 requestAnimationFrame(draw);
@@ -292,7 +230,7 @@ requestAnimationFrame(draw);
 // --- controls -------------------------------------------------------------------------------------------------------
 // `aside`: the sentence of the answer is not shown.
 function ask(request, args, aside = false) {
-  return link.call(request, args).then((reply) => { if (!aside) tell(reply.message); return reply; },
+  return link.call(request, args).then((reply) => { if (!aside) tell(`${reply.message} ${lower.warning()}`.trim()); return reply; },
     (error) => { if (!aside) tell(error.message); throw error; });
 }
 const on = (id, request, args = () => ({})) => { $(id).onclick = () => ask(request, args()).catch(() => {}); };
@@ -303,8 +241,6 @@ on('reset', 'reset');
 $('pace').append(...Object.keys(Pace).map((pace) => new Option(pace)));
 $('pace').onchange = $('factor').onchange = () =>
   ask('set_pace', {pace: $('pace').value, ...($('pace').value === nameOf(Pace, Pace.realtime) ? {factor: Number($('factor').value)} : {})}).catch(() => {});
-$('position').oninput = () => ask('seek', {position: $('position').value * (playback?.duration ?? 0)}).catch(() => {});
-$('add-plot').onclick = () => { plots.add($('signal').value.trim()); $('signal').value = ''; };
 
 // --- pressures ------------------------------------------------------------------------------------------------------
 const pairName = (base, target) => `${signals.description?.components[base]?.name}-${signals.description?.components[target]?.name}`;
@@ -332,7 +268,7 @@ $('pressure').onchange = () => {
   askForPressures();
 };
 
-const option = (id, name, value) => { $(id).onchange = () => { cell.options[name] = value($(id)); if (last.state) cell.show(last.state); if (last.contacts) cell.showContacts(last.contacts); cell.setEdges(cell.options.edges); cell.setFrames(cell.options.frames); remember(); }; };
+const option = (id, name, value) => { $(id).onchange = () => { cell.options[name] = value($(id)); if (last.state) lookAt(); cell.setEdges(cell.options.edges); cell.setFrames(cell.options.frames); remember(); }; };
 option('by-state', 'byState', (box) => box.checked);
 option('forces', 'forces', (box) => box.checked);
 option('contacts', 'contacts', (box) => box.checked);
@@ -347,7 +283,7 @@ if (asked.section) { $('section').value = asked.section; $('cut').value = asked.
 
 // The address says what one looks at, so that it can be passed on.
 function remember() {
-  const view = {...cell.view(), plots: plots.plots.map(({name}) => name)};
+  const view = {...cell.view(), plots: plots.names()};
   history.replaceState(null, '', `#${encodeURIComponent(JSON.stringify(view))}`);
 }
 cell.orbit.addEventListener('end', remember);
@@ -358,7 +294,7 @@ $('link').onclick = () => {
   else navigator.clipboard.writeText(location.href).then(() => tell('The address of this view is on the clipboard.'), here);
 };
 $('screenshot').onclick = async () => {
-  const save = element('a', '', {download: `takt_${(last.state?.time ?? 0).toFixed(3)}s.png`, href: URL.createObjectURL(await cell.picture())});
+  const save = element('a', '', {download: `takt_${(lower.state?.time ?? 0).toFixed(3)}s.png`, href: URL.createObjectURL(await cell.picture())});
   save.click();
   setTimeout(() => URL.revokeObjectURL(save.href), 60000);  // some browsers read it only after the click
 };
@@ -369,7 +305,7 @@ $('legend').replaceChildren(line('parts', ...Object.entries(STATES).flatMap(([st
 
 // --- what is looked at, and what is selected ------------------------------------------------------------------------
 let chosen = null, fitted = Boolean(asked.camera), generation = null, provisional = false;
-const inspector = new Inspector({ask, select, refusal: () => (playback ? 'A recording cannot be changed.' : observer() ? 'Observers may look, not touch.' : link.socket.readyState !== WebSocket.OPEN ? 'There is no connection to the cell.' : '')});
+const inspector = new Inspector({ask, select, refusal: () => (playback ? 'A recording cannot be changed.' : observer() ? 'Observers may look, not touch.' : lower.past.shown ? 'The picture shows the past: go back to live first.' : link.socket.readyState !== WebSocket.OPEN ? 'There is no connection to the cell.' : '')});
 const tree = new SceneTree(select);
 const menu = new Menu({ask, refusal: () => inspector.refusal(), scenario: () => signals.description?.scenario});
 const mover = new Mover(cell, ({name, position, orientation}) => ask('set_entity_state', {entity: name, position, orientation}).catch(() => { if (last.state) cell.show(last.state); }));
@@ -408,7 +344,7 @@ function select(what) {
   cell.select(chosen);
   handles();
   tree.mark(chosen);
-  inspector.open(chosen, signals.description, last.state, last.status);
+  inspector.open(chosen, signals.description, lower.state, last.status);
 }
 // The first picture of a cell has all of it, unless the address says otherwise; so has that of another scenario.
 function first() {
@@ -460,8 +396,8 @@ keyboard([
   ['o', 'orthographic or perspective', press('orthographic')], ['z', 'previous view', press('back')], ['m', 'measure between two points', press('measure')], ['g', 'move the selected Part', press('move')], ['h', 'turn the selected Part', press('turn')],
   [Object.keys(STEPS), 'move it by 1 mm or 1°, with Shift by ten', nudge, () => moving && mover.handles.object], ['n', 'scenario, snapshots, recording', press('menu')], ['y', 'scenario file in the editor', press('edit')], ['Escape', 'select nothing', () => select(null)],
   ['c', 'colour by state', press('by-state')], ['e', 'edges', press('edges')], ['a', 'frames (axes)', press('frames')], ['/', 'find a component', () => { if (document.body.classList.contains('no-tree')) $('fold-tree').click(); $('find').focus(); }],
-  ['t', 'scene tree', press('fold-tree')], ['i', 'inspector', press('fold-inspector')], ['b', 'timeline and curves', press('fold-bottom')], ['d', 'light or dark theme', press('theme')], ['?', 'this list', press('help')],
+  ['t', 'scene tree', press('fold-tree')], ['i', 'inspector', press('fold-inspector')], ['b', 'timeline and curves', press('fold-bottom')], ['d', 'light or dark theme', press('theme')], ['l', 'live again, out of the history', press('live')], ['?', 'this list', press('help')],
 ]);
 
 // For tests and for the console of the browser.
-window.takt = {cell, eye, mover, link, last, plots, select, selected: () => chosen, place: (name) => cell.place(name)};
+window.takt = {cell, eye, mover, link, last, lower, plots, select, selected: () => chosen, place: (name) => cell.place(name)};

@@ -1,0 +1,124 @@
+// The timeline: events as marks, the time that is shown as a handle. Of a recording all of it, in seconds from its beginning;
+// of a running cell the minutes that the page keeps, in simulated time.
+import {Severity, nameOf} from './messages.js';
+import {gathered, saying} from './events.js';
+
+const $ = (id) => document.getElementById(id);
+const NEAR_PX = 6, PERIOD_MS = 100, EDGE_PX = 6, LEAST_S = 1, MOST_LINES = 6;
+const COLORS = {[Severity.information]: '--soft', [Severity.warning]: '--warn', [Severity.error]: '--bad'};
+
+export class Timeline {
+  // go(time): shows this time; null: the present. eventTime(event): its time here.
+  constructor({go, eventTime}) {
+    Object.assign(this, {go, eventTime, from: 0, to: LEAST_S, newest: 0, at: null, marks: [], events: [], drawn: -Infinity, dirty: true, recording: false});
+    const slider = $('position');
+    this.canvas = $('timeline').querySelector('canvas');
+    slider.oninput = () => this.slid(Number(slider.value));
+    slider.addEventListener('pointermove', (event) => this.hover(event));
+    slider.addEventListener('pointerleave', () => { $('marks').hidden = true; });
+    slider.addEventListener('click', (event) => {
+      const mark = this.under(event);
+      if (mark && !slider.disabled) this.go(this.eventTime(mark.groups[0].newest));
+    });
+    slider.addEventListener('keydown', (event) => {
+      const step = {PageUp: 1, PageDown: -1}[event.key];
+      if (!step || slider.disabled) return;
+      event.preventDefault();
+      const now = this.at ?? this.newest, times = this.events.map((one) => this.eventTime(one)).filter((time) => (step > 0 ? time > now + 1e-6 : time < now - 1e-6));
+      if (times.length) this.go(step > 0 ? Math.min(...times) : Math.max(...times));
+      else if (step > 0) this.go(null);
+    });
+    new ResizeObserver(() => this.touch()).observe($('timeline'));
+  }
+
+  touch() { this.dirty = true; }
+
+  // `at`: the time that is shown; null: the newest of a cell. A recording has its whole length from the start.
+  show({from, to, at, recording = false}) {
+    const newest = to;
+    from = Math.max(Math.min(from, newest - LEAST_S), 0);
+    to = Math.max(to, from + LEAST_S);
+    if (from === this.from && newest === this.newest && to === this.to && at === this.at && recording === this.recording) return;
+    Object.assign(this, {from, to, newest, at, recording, dirty: true});
+  }
+  setEvents(events) { this.events = events; this.dirty = true; }
+
+  slid(part) {
+    const time = this.from + part * (this.to - this.from);
+    this.go(!this.recording && (part > 0.999 || time >= this.newest) ? null : time);
+  }
+
+  // Both ends of the slider's way are half a handle inside.
+  place(time) { return EDGE_PX + (time - this.from) / Math.max(this.to - this.from, 1e-9) * (this.width - 2 * EDGE_PX); }
+
+  draw(now = performance.now()) {
+    if (!this.dirty || now - this.drawn < PERIOD_MS || !this.canvas.offsetParent) return;
+    Object.assign(this, {drawn: now, dirty: false});
+    const {canvas, from, to} = this, {clientWidth: width, clientHeight: height} = canvas, sharp = devicePixelRatio;
+    this.width = width;
+    if (canvas.width !== Math.round(width * sharp) || canvas.height !== Math.round(height * sharp)) Object.assign(canvas, {width: Math.round(width * sharp), height: Math.round(height * sharp)});
+    const context = canvas.getContext('2d'), style = getComputedStyle(document.documentElement), color = (name) => style.getPropertyValue(name).trim();
+    context.setTransform(sharp, 0, 0, sharp, 0, 0);
+    context.clearRect(0, 0, width, height);
+    context.fillStyle = color('--raised');
+    context.fillRect(EDGE_PX, 14, width - 2 * EDGE_PX, height - 16);
+    context.font = '11px system-ui, sans-serif';
+    context.textBaseline = 'top';
+    const rough = (to - from) / Math.max(Math.floor(width / 90), 1), power = 10 ** Math.floor(Math.log10(rough)), step = [1, 2, 5, 10].map((one) => one * power).find((one) => one >= rough);
+    for (let n = Math.ceil(from / step - 1e-9); n * step <= to + 1e-9; ++n) {
+      const x = this.place(n * step), text = `${Number((n * step).toPrecision(10))} s`, half = context.measureText(text).width / 2;
+      context.fillStyle = color('--line');
+      context.fillRect(Math.round(x), 14, 1, height - 16);
+      context.fillStyle = color('--soft');
+      context.fillText(text, Math.min(Math.max(x - half, 0), width - 2 * half), 0);
+    }
+    this.layMarks();
+    const middle = 14 + (height - 16) / 2;
+    for (const {x, severity} of this.marks) {
+      context.fillStyle = color(COLORS[severity] ?? '--soft');
+      context.beginPath();
+      if (severity === Severity.error) context.rect(x - 4, middle - 4, 8, 8);
+      else if (severity === Severity.warning) { context.moveTo(x, middle - 6); context.lineTo(x + 5, middle + 4); context.lineTo(x - 5, middle + 4); }
+      else context.arc(x, middle, 3, 0, 2 * Math.PI);
+      context.fill();
+    }
+    const slider = $('position'), value = ((this.at ?? this.newest) - from) / Math.max(to - from, 1e-9);
+    if (!slider.matches(':active')) slider.value = value;
+    slider.setAttribute('aria-valuetext', this.at === null ? 'live' : `${this.at.toFixed(2)} s`);
+  }
+
+  // Events that would lie upon each other are one mark, of the worst among them.
+  layMarks() {
+    this.marks = [];
+    const shown = this.events.map((event) => ({event, time: this.eventTime(event)})).filter(({time}) => time >= this.from && time <= this.to).sort((a, b) => a.time - b.time);
+    for (const {event, time} of shown) {
+      const x = this.place(time), last = this.marks.at(-1);
+      if (last && x - last.x < NEAR_PX) last.events.push(event);
+      else this.marks.push({x, events: [event]});
+    }
+    for (const mark of this.marks) {
+      mark.groups = gathered(mark.events).sort((a, b) => b.newest.severity - a.newest.severity);
+      mark.severity = mark.groups[0].newest.severity;
+    }
+    this.marks.sort((a, b) => a.severity - b.severity);  // the worst is drawn last
+  }
+
+  under({offsetX: x}) {
+    const near = this.marks.filter((mark) => Math.abs(mark.x - x) <= NEAR_PX);
+    return near.sort((a, b) => Math.abs(a.x - x) - Math.abs(b.x - x))[0] ?? null;
+  }
+  hover(event) {
+    const mark = this.under(event), box = $('marks');
+    box.hidden = !mark;
+    if (!mark) return;
+    const lines = mark.groups.slice(0, MOST_LINES).map((group) => {
+      const line = document.createElement('div');
+      line.className = nameOf(Severity, group.newest.severity);
+      line.textContent = `${group.newest.time.toFixed(3)} s  ${saying(group)}`;
+      return line;
+    });
+    if (mark.groups.length > MOST_LINES) lines.push(document.createTextNode(`and ${mark.groups.length - MOST_LINES} others`));
+    box.replaceChildren(...lines);
+    box.style.left = `${Math.min(mark.x, Math.max(this.width - box.offsetWidth, 0))}px`;
+  }
+}

@@ -1,0 +1,240 @@
+// Curves, timeline and history of takt view in Debian's Chromium, by pointer and by keys. A recorder on DDS is the witness: the
+// picture of a past time is the state that it has of that step, files of plots have its numbers, and the cell goes on meanwhile.
+import {strict as assert} from 'node:assert';
+import {execFileSync} from 'node:child_process';
+import {existsSync, readFileSync, statSync} from 'node:fs';
+import {chromium, executable, visit} from './browser.mjs';
+import {program, server, start, stop, takt, view} from './processes.mjs';
+
+const browser = await chromium.launch(executable());
+const begun = Date.now();
+const stage = (what) => console.log(`${((Date.now() - begun) / 1000).toFixed(1)} s: ${what}`);
+const exported = (file) => execFileSync(`${process.env.TAKT_BIN}/takt`, ['--json', 'export', file], {encoding: 'utf8', maxBuffer: 1 << 30}).trim().split('\n').map((line) => JSON.parse(line));
+const slide = (page, part) => page.locator('#position').evaluate((slider, value) => { slider.value = value; slider.dispatchEvent(new Event('input')); }, part);
+
+stage('curves from the tree, by keys');
+const running = await server('--paused', '--lod', '3', '--set', 'solver.method=implicit');
+const {child: bridge, url} = await view();
+const {page, problems, until, ask} = await visit(browser, url, {width: 1400, height: 900});
+const drawn = async () => {
+  while (await ask(() => takt.plots.dirty));
+  await ask(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+};
+const names = () => ask(() => takt.plots.names());
+await until(() => takt.plots.plots.length === 2);
+for (const n of [1, 2]) await page.locator('.plot').last().press('Delete');
+assert.deepEqual(await names(), []);
+// A group, a robot, a quantity, a joint: opened by the right arrow, one lower by the down arrow, added by Enter.
+await page.locator('#signal').focus();
+await page.keyboard.press('ArrowDown');
+await until(() => document.activeElement.textContent.startsWith('Robots'));
+for (const [opened, below] of [['Robots', 'Robot1'], ['Robot1', 'position'], ['position', 'shoulder_pan_joint']]) {
+  await page.keyboard.press('ArrowRight');
+  await until((title) => [...document.querySelectorAll('#signals wa-tree-item')].find(({textContent}) => textContent.startsWith(title)).querySelector('wa-tree-item'), opened);
+  await until((title) => { const item = document.activeElement; return item.textContent.startsWith(title) && item.expanded; }, opened);
+  await page.keyboard.press('ArrowDown');
+  await until((wanted) => document.activeElement.textContent.startsWith(wanted), below);
+}
+assert.equal(await ask(() => document.activeElement.querySelector('small').textContent), 'rad');
+await page.keyboard.press('Enter');
+await page.keyboard.press('ArrowDown');
+await page.keyboard.press('Enter');
+await page.keyboard.press('ArrowDown');
+await page.keyboard.press('Shift+Enter');
+const joint = (name, quantity = 'position') => `state.robots.Robot1.${quantity}.${name}_joint`;
+assert.deepEqual(await names(), [[joint('shoulder_pan'), joint('shoulder_lift')], joint('elbow')]);
+// The same unit shares an axis, another one has the right axis, a third one a plot of its own.
+await page.locator('.plot').first().focus();
+const search = async (text, key = 'Enter') => { await page.fill('#signal', text); await page.locator('#signal').press(key); };
+await search('Robot1 position wrist_1');
+await search('Robot1 velocity shoulder_lift');
+await search('P position z');
+assert.deepEqual(await names(), [[joint('shoulder_pan'), joint('shoulder_lift'), joint('wrist_1'), joint('shoulder_lift', 'velocity')], joint('elbow'), 'state.components.P.position.z']);
+assert.deepEqual(await ask(() => takt.plots.plots.map((plot) => takt.plots.units(plot))), [['rad', 'rad/s'], ['rad'], ['m']]);
+assert.deepEqual(await ask(() => takt.plots.plots[0].chart.series.slice(1).map(({scale}) => scale)), ['y0', 'y0', 'y0', 'y1']);
+assert.equal(new Set(await ask(() => takt.plots.plots[0].curves.map(takt.plots.stroke))).size, 4);
+// By the pointer: a click adds to the chosen plot, a signal that is dragged comes where it is dropped.
+await page.fill('#signal', 'P position x');
+await page.click('#signals wa-tree-item');
+await page.fill('#signal', 'Robot1 position wrist_2');
+await page.locator('#signals wa-tree-item').first().dragTo(page.locator('.plot').nth(1));
+await page.fill('#signal', '');
+assert.deepEqual((await names()).slice(1), [[joint('elbow'), joint('wrist_2')], ['state.components.P.position.z', 'state.components.P.position.x']]);
+await page.locator('.plot').nth(1).locator('li', {hasText: 'wrist_2'}).locator('button').click();
+assert.deepEqual((await names())[1], joint('elbow'));
+
+const low = () => ask(() => document.querySelector('#bottom').offsetHeight), narrow = await low();
+for (let n = 0; n < 5; ++n) await page.locator('#grip').press('ArrowUp');
+assert.equal(await low(), narrow + 150);
+
+stage('the cell runs, and a recorder listens');
+const recorder = await start('takt', ['record', 'seen.mcap']);
+while (!existsSync('seen.mcap') || statSync('seen.mcap').size < 20000) await new Promise((resolve) => setTimeout(resolve, 20));
+const controller = await start('takt-controller', [program]);
+await page.click('#play');
+await until(() => takt.last.state.time > 6);
+
+stage('history');
+// The cell goes on while the page shows the time before. Nothing was asked of it: its events are the same.
+await slide(page, 0.5);
+await until(() => takt.lower.past.shown !== null);
+const [shown, before] = [await ask(() => JSON.parse(JSON.stringify(takt.lower.state, (key, value) => (typeof value === 'bigint' ? Number(value) : ArrayBuffer.isView(value) ? [...value] : value)))), takt('state').step];
+await until((step) => takt.last.state.step > BigInt(step) + 20n, before);
+assert.equal(takt('status').state, 'playing');
+assert.ok(takt('state').step > before);
+await until((time) => document.querySelector('#clock').textContent === `${time.toFixed(3)} s`, shown.time);
+const seen = await ask(() => ({badge: document.querySelector('#ago').textContent, step: Number(takt.lower.state.step), newest: takt.last.state.time,
+  components: takt.last.description.components.map(({name}) => name), place: takt.place('P'), joints: takt.cell.robots[0].joints.map((name) => [name, takt.cell.robots[0].model.joints[name].angle])}));
+assert.equal(seen.step, shown.step);
+const ago = Number(seen.badge.match(/^history −(\d+\.\d) s$/)[1]);
+assert.ok(ago > 0 && ago <= seen.newest - shown.time + 0.05, `${seen.badge} at ${seen.newest} s of ${shown.time} s`);
+// What acts upon the cell says so, and the inspector's buttons wait for the present.
+await ask(() => takt.select({kind: 'component', name: 'P'}));
+await until(() => document.querySelector('#selection .why').textContent.includes('past'));
+assert.ok(await page.locator('#selection button', {hasText: 'put'}).isDisabled());
+const inspected = (await page.locator('#selection tr', {hasText: 'position'}).locator('td').nth(1).textContent()).trim().split(/[\s]+/).slice(0, 3).map(Number);
+for (const factor of ['1.1', '1.2', '1.3']) { await page.fill('#factor', factor); await page.locator('#factor').press('Enter'); await until((wanted) => takt.last.status.pace_factor === wanted, Number(factor)); }
+await until(() => document.querySelector('#answer').textContent.includes('history −'));
+
+stage('the cursor');
+// Over one plot it is over all, with the values at its time.
+const over = page.locator('.plot .u-over'), box = await over.first().boundingBox();
+await page.mouse.move(box.x + 0.3 * box.width, box.y + 0.5 * box.height);
+await until(() => takt.plots.cursor !== null);
+await drawn();
+const values = await ask(() => {
+  const {plots} = takt, time = plots.cursor;
+  return {cursors: plots.plots.map(({chart}) => chart.cursor.left / chart.over.clientWidth), texts: plots.plots.flatMap(({curves}) => curves.map(({name, unit, newest}) => {
+    const {x, y} = plots.numbers(name);
+    return {name, unit, text: newest.textContent, value: y[x.findLastIndex((one) => one <= time)]};
+  }))};
+});
+for (const part of values.cursors) assert.ok(Math.abs(part - 0.3) < 0.02, `cursors at ${values.cursors}`);
+for (const {name, unit, text, value} of values.texts) {
+  const [number, ...rest] = text.split(' ');
+  assert.equal(rest.join(' '), unit, name);
+  assert.ok(Math.abs(Number(number) - value) <= 1e-3 * Math.abs(value) + 1e-9, `${name}: ${text} is not ${value}`);
+}
+await page.mouse.move(10, 10);
+
+stage('zoom');
+// The cell stands, so that the times that are shown are the same before and after.
+await page.click('#pause');
+await until(() => takt.last.status.state === 2);
+const {step: end} = takt('state');
+await until((step) => takt.last.state.step === BigInt(step), end);
+await drawn();
+const range = () => ask(() => takt.plots.shown());
+const [least, most] = await range();
+await page.mouse.move(box.x + 0.2 * box.width, box.y + 40);
+await page.mouse.down();
+await page.mouse.move(box.x + 0.6 * box.width, box.y + 45, {steps: 5});
+await page.mouse.up();
+await until((width) => { const [from, to] = takt.plots.shown(); return to - from < width; }, 0.7 * (most - least));
+const [from, to] = await range();
+assert.ok(Math.abs((to - from) / (most - least) - 0.4) < 0.05, `${from}..${to} of ${least}..${most}`);
+await drawn();
+assert.deepEqual(await ask(() => takt.plots.plots.map(({chart}) => [chart.scales.x.min, chart.scales.x.max])), [[from, to], [from, to], [from, to]]);
+const width = async () => { const [a, b] = await range(); return b - a; };
+await page.mouse.move(box.x + 0.5 * box.width, box.y + 40);
+await page.mouse.wheel(0, -100);
+await until((wide) => { const [a, b] = takt.plots.shown(); return b - a < wide; }, to - from);
+assert.ok(Math.abs((await width()) / (to - from) - 0.8) < 1e-6);
+await page.locator('.plot').first().focus();
+await page.keyboard.press('-');
+assert.ok(Math.abs((await width()) / (to - from) - 1) < 1e-6);
+const [start1] = await range();
+await page.keyboard.press('ArrowLeft');
+assert.ok(Math.abs((start1 - (await range())[0]) / (to - from) - 0.1) < 1e-6);
+await page.mouse.dblclick(box.x + 0.5 * box.width, box.y + 40);
+await until(() => takt.plots.span === null);
+
+stage('live again');
+await page.click('#live');
+assert.ok(await page.locator('#past').isHidden());
+await until(() => takt.lower.past.shown === null && takt.lower.state === takt.last.state);
+assert.equal(await stop(recorder), 0, recorder.text);
+// A click on a curve shows that time.
+await page.mouse.click(box.x + 0.5 * box.width, box.y + 40);
+await until(() => takt.lower.past.shown !== null);
+const clicked = await ask(() => takt.lower.past.shown.state.time), all = await range();
+assert.ok(Math.abs(clicked - (all[0] + all[1]) / 2) < 0.02 * (all[1] - all[0]), `${clicked} of ${all}`);
+await page.locator('#cell').focus();
+await page.keyboard.press('l');
+assert.equal(await ask(() => takt.lower.past.shown), null);
+
+stage('the witness');
+const lines = exported('seen.mcap'), states = new Map(lines.filter(({topic}) => topic === '/web_test/state').map(({sample}) => [sample.step, sample]));
+const was = states.get(shown.step);
+assert.ok(was, `the recorder has step ${shown.step}`);
+assert.equal(shown.time, was.time);
+seen.components.forEach((name, i) => assert.deepEqual(shown.components[i].position, was.components[name].position));
+['x', 'y', 'z'].map((axis) => was.components.P.position[axis]).forEach((value, i) => {
+  assert.ok(Math.abs(value - seen.place[i]) < 1e-9);
+  assert.ok(Math.abs(1000 * value - inspected[i]) < 0.0051, `${inspected} mm`);
+});
+for (const [name, angle] of seen.joints) assert.ok(Math.abs(was.robots.Robot1.position[name] - angle) < 1e-9, name);
+// Pace was set three times: one row of the list, with the count, and one mark of the timeline.
+await until(() => /^[\d.]+3 × The pace is now realtime, factor 1\.3/.test([...document.querySelectorAll('#events li')].map(({textContent}) => textContent).find((text) => text.includes('The pace')) ?? ''));
+assert.equal(await ask(() => takt.lower.events.all.filter(({code}) => code === 'pace_changed').length), 3);
+
+stage('files');
+const [csv] = await Promise.all([page.waitForEvent('download'), page.locator('.plot').first().locator('button', {hasText: 'csv'}).click()]);
+assert.match(csv.suggestedFilename(), /^takt_state\.robots\.Robot1.*\.csv$/);
+const [head, ...rows] = readFileSync(await csv.path(), 'utf8').trim().split('\n');
+assert.equal(head, `time [s],${joint('shoulder_pan')} [rad],${joint('shoulder_lift')} [rad],${joint('wrist_1')} [rad],${joint('shoulder_lift', 'velocity')} [rad/s]`);
+const byTime = new Map([...states.values()].map((sample) => [sample.time, sample.robots.Robot1]));
+let common = 0;
+for (const row of rows) {
+  const [time, pan, lift, wrist, velocity] = row.split(',').map(Number), robot = byTime.get(time);
+  if (!robot) continue;
+  ++common;
+  assert.deepEqual([pan, lift, wrist, velocity], [robot.position.shoulder_pan_joint, robot.position.shoulder_lift_joint, robot.position.wrist_1_joint, robot.velocity.shoulder_lift_joint], `at ${time} s`);
+}
+assert.ok(common > 20, `${common} times of ${rows.length} are in the recording too`);
+const [svg] = await Promise.all([page.waitForEvent('download'), page.locator('.plot').first().locator('button', {hasText: 'svg'}).click()]);
+const picture = readFileSync(await svg.path(), 'utf8');
+assert.deepEqual(await ask((text) => { const made = new DOMParser().parseFromString(text, 'image/svg+xml'); return [made.querySelectorAll('parsererror').length, made.querySelectorAll('path[fill=none]').length]; }, picture), [0, 4]);
+const [png] = await Promise.all([page.waitForEvent('download'), page.locator('.plot').first().locator('button', {hasText: 'png'}).click()]);
+assert.equal(readFileSync(await png.path()).subarray(0, 8).toString('latin1'), '\x89PNG\r\n\x1a\n');
+assert.deepEqual(problems, []);
+await page.context().close();
+await stop(controller);
+await stop(bridge);
+await stop(running);
+
+stage('a recording');
+const player = await view(0, 'seen.mcap');
+const film = await visit(browser, player.url, {width: 1400, height: 900});
+await film.until(() => !document.querySelector('#playback').hidden && takt.last.state.time > 1 && takt.plots.plots.length === 2);
+await film.page.click('#pause');
+await film.until(() => takt.last.playback.playing === false);
+const curve = () => film.ask(() => [...takt.plots.numbers(takt.plots.names()[0]).x]);
+const had = await curve(), plot = await film.page.locator('.plot .u-over').first().boundingBox();
+await film.ask(() => { takt.last.state = {time: -1}; });
+await film.page.mouse.click(plot.x + 0.5 * plot.width, plot.y + 30);
+const wanted = await film.ask(() => { const [a, b] = takt.plots.shown(); return (a + b) / 2; }), wide = await film.ask(() => { const [a, b] = takt.plots.shown(); return b - a; });
+await film.until(([time, most]) => Math.abs(takt.last.state.time - time) < most, [wanted, 0.05 * wide + 0.02]);
+assert.ok((await curve()).length >= had.length, 'the curve stays where the recording goes back');
+// Another place: the line has a gap up to there.
+await slide(film.page, 0.9);
+await film.until(() => takt.last.playback.position > 0.85 * takt.last.playback.duration);
+await film.until(() => takt.plots.tracks.get('state').breaks.size === 1);
+// The events of all of it are there from the start: their marks say what they are, and lead there.
+const recorded = lines.filter(({topic}) => topic === '/web_test/events').map(({sample}) => sample), paced = recorded.filter(({code}) => code === 'pace_changed');
+await film.until((count) => takt.lower.events.all.length === count, recorded.length);
+assert.equal(paced.length, 3);
+const at = await film.ask((time) => {
+  const {timeline, events} = takt.lower, box = document.querySelector('#position').getBoundingClientRect();
+  return [box.left + timeline.place(timeline.eventTime(events.all.find((event) => event.time === time))), box.top + box.height / 2];
+}, paced[2].time);
+await film.page.mouse.move(...at);
+await film.until(() => !document.querySelector('#marks').hidden);
+assert.match(await film.page.locator('#marks').textContent(), /The pace is now realtime, factor 1\.[123]/);
+await film.page.locator('#events button', {hasText: '3 × The pace'}).click();
+await film.until((time) => Math.abs(takt.last.state.time - time) < 0.05, paced[2].time);
+assert.deepEqual(film.problems, []);
+await browser.close();
+await stop(player.child);
+console.log(`curves, history and recording; ${common} rows of a CSV file are those of DDS`);
+process.exit(0);
