@@ -79,7 +79,8 @@ YAML::Node parse_yaml_of(const std::filesystem::path& file, const std::string& t
 
 std::string FieldValue::place() const {
   for (const auto& [key, option] : source->overridden)
-    if (path == key || path.rfind(key + ".", 0) == 0) return option == "--set" ? "--set: " + path : option;
+    if (path == key || path.starts_with(key + ".") || (!node.IsMap() && key.starts_with(path + ".")))
+      return option == "--set" ? "--set: " + path : option;
   std::string result = source->file.string();
   if (node.IsDefined() && !node.Mark().is_null())
     result += ":" + std::to_string(node.Mark().line + 1) + ":" + std::to_string(node.Mark().column + 1);

@@ -6,13 +6,13 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
-#include <iomanip>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "idl/common/parse.h"
 #include "idl/common/text.h"
+#include "server/headless/table.h"
 #include "server/scenario/scenario_reader.h"
 #include "takt_enumerations.h"
 
@@ -322,9 +322,7 @@ void print_comparison(std::ostream& out, const Json& a, const Json& b, const Com
       << number_text(a["cpu_time"].get<double>(), 5) << " s of computation) and " << level_of(b) << " ("
       << number_text(b["cpu_time"].get<double>(), 5) << " s)\n";
   for (const std::string& sentence : comparison.contradictions) out << "!! " << sentence << '\n';
-  out << "Largest differences (!! counts):\n"
-      << std::left << std::setw(58) << "   quantity" << std::right << std::setw(12) << "first"
-      << std::setw(12) << "second" << std::setw(14) << "difference" << std::setw(12) << "allowed" << '\n';
+  Table table;
   std::size_t listed = 0, counting = 0;
   for (const Difference& d : comparison.differences) {
     if (d.counts()) ++counting;
@@ -337,11 +335,16 @@ void print_comparison(std::ostream& out, const Json& a, const Json& b, const Com
       return d.share ? number_text(100.0 * v, 5) + " %"
                      : number_text(v, 5) + (d.unit.empty() ? "" : " " + d.unit);
     };
-    out << (d.counts() ? "!! " : "   ") << std::left << std::setw(55)
-        << d.of + (d.unit.empty() ? "" : " (" + d.unit + ")") << std::right << std::setw(12) << value(d.a)
-        << std::setw(12) << value(d.b) << std::setw(14) << amount(d.difference) << std::setw(12)
-        << amount(d.limit) << '\n';
+    table.begin_row();
+    table.set("", d.counts() ? "!!" : "");
+    table.set("quantity", d.of + (d.unit.empty() ? "" : " (" + d.unit + ")"));
+    table.set("first", value(d.a));
+    table.set("second", value(d.b));
+    table.set("difference", amount(d.difference));
+    table.set("allowed", amount(d.limit));
   }
+  out << "Largest differences (!! counts):\n";
+  table.write_aligned(out);
   if (comparison.differences.size() > listed)
     out << "   and " << comparison.differences.size() - listed << " more (--report lists all)\n";
   out << "Judged by:";

@@ -75,6 +75,13 @@ HeadlessResult run_headless(Simulation& simulation, const Scenario& scenario, co
     recorder->note(simulation);
     result.gathering_s += cpu_seconds(CLOCK_THREAD_CPUTIME_ID) - begin;
   };
+  const std::function<void(const EventRecord&)> note_warning = [&](const EventRecord& event) {
+    if (info_of(event).severity < Severity::warning) return;
+    if (result.warnings.size() < kMostWarnings)
+      result.warnings.push_back(to_message(event, simulation.description()));
+    else
+      ++result.further_warnings;
+  };
   if (options.stage_times) simulation.set_stage_clock(&wall_seconds);
 
   std::optional<AssertionChecker> demands;
@@ -112,6 +119,7 @@ HeadlessResult run_headless(Simulation& simulation, const Scenario& scenario, co
         result.alternating_forces.push_back(force);
       for (const DeviceMessage& notice : simulation.events().device_messages)
         result.device_messages.push_back(notice);
+      report_step(simulation, note_warning);
       note_grips(simulation, result.grips);
       if (options.contact_extremes && !recorder) {
         simulation.read_contacts(pressing);

@@ -8,6 +8,7 @@
 
 #include "server/headless/assertions.h"
 #include "server/headless/run_metrics.h"
+#include "server/messages/status_messages.h"
 #include "server/scenario/scenario.h"
 #include "server/simulation/step/simulation.h"
 
@@ -52,6 +53,8 @@ class RunTimer {
   RunTimes began_ = read();
 };
 
+inline constexpr std::size_t kMostWarnings = 1000;
+
 /// Its times are those of simulation and program; cpu_s is without gathering_s.
 struct HeadlessResult : RunTimes {
   Snapshot final_state;
@@ -61,6 +64,9 @@ struct HeadlessResult : RunTimes {
   std::vector<WeakGrip> weak_grips;
   std::vector<AlternatingForce> alternating_forces;
   std::vector<DeviceMessage> device_messages;
+  std::vector<takt_msgs::msg::Event>
+      warnings;  ///< events of severity warning and error, the first kMostWarnings
+  std::size_t further_warnings = 0;
   std::vector<GripExtreme> grips;  ///< of each gripper and Part that it gripped at levels of detail 1 and 2
   std::vector<ReportedInstant> report_at;
   bool surface_contact = false;  ///< some process was at level of detail 3 at the end

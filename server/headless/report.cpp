@@ -1,7 +1,6 @@
 #include "server/headless/report.h"
 
 #include <algorithm>
-#include <iomanip>
 #include <nlohmann/json.hpp>
 
 #include "client_lib/recording/message_json.h"
@@ -9,6 +8,7 @@
 #include "server/headless/html_report.h"
 #include "server/headless/instant_json.h"
 #include "server/headless/run_metrics_report.h"
+#include "server/headless/run_summary.h"
 #include "server/simulation/model/state_hash.h"
 
 namespace takt {
@@ -19,13 +19,6 @@ using Json = nlohmann::ordered_json;
 
 Json name_or_null(const CellDescription& cell, int component) {
   return component < 0 ? Json(nullptr) : Json(cell.components[static_cast<std::size_t>(component)].name);
-}
-
-const ExpectedPose* expected_pose(const Scenario& scenario, const std::string& part) {
-  for (const ExpectedPose& expected : scenario.expected) {
-    if (expected.part == part) return &expected;
-  }
-  return nullptr;
 }
 
 /// Adds what the wire does not say of components: their types, and how far Parts are from where they should be.
@@ -91,28 +84,6 @@ Json collisions_json(const CellDescription& cell, const HeadlessResult& result) 
   return all;
 }
 
-void print_collisions(std::ostream& out, const CellDescription& cell, const HeadlessResult& result) {
-  constexpr std::size_t kMaxListed = 20;
-  std::size_t listed = 0, left_out = 0;
-  for (const CollisionEvent& event : result.collisions) {
-    if (event.kind == CollisionEvent::Kind::clearance_restored) continue;
-    if (++listed > kMaxListed) {
-      ++left_out;
-      continue;
-    }
-    const bool overlap = event.kind == CollisionEvent::Kind::collision;
-    out << std::setprecision(3) << event.time_s << " s: " << to_string(event.kind) << ": "
-        << cell.checked_bodies[static_cast<std::size_t>(event.a)] << " and "
-        << cell.checked_bodies[static_cast<std::size_t>(event.b)]
-        << (overlap ? " overlap by " : " are closer than ")
-        << 1e3 * (overlap ? -event.distance_m : event.limit_m) << " mm at";
-    for (int i = 0; i < 3; ++i) out << ' ' << event.p_W[i];
-    out << " m\n";
-  }
-  if (left_out > 0) out << "and " << left_out << " more (--report lists all)\n";
-  if (listed == 0) out << "Collision checking: nothing came too close\n";
-}
-
 Json grips_json(const CellDescription& cell, const HeadlessResult& result) {
   Json all = Json::array();
   for (const GripExtreme& most : result.grips)
@@ -123,22 +94,6 @@ Json grips_json(const CellDescription& cell, const HeadlessResult& result) {
                    {"force", most.load.force_N},
                    {"margin", most.load.needed_N > 0.0 ? Json(1.0 / most.use()) : Json(nullptr)}});
   return all;
-}
-
-void print_weak_grips(std::ostream& out, const CellDescription& cell, const HeadlessResult& result) {
-  for (const WeakGrip& grip : result.weak_grips) {
-    out << std::setprecision(3) << grip.time_s
-        << " s: weak grip: " << cell.grippers[static_cast<std::size_t>(grip.gripper)].name << " presses on "
-        << cell.components[static_cast<std::size_t>(grip.part)].name << " with " << grip.force_N
-        << " N; friction needs " << grip.needed_N << " N to carry the load, which would slip\n";
-  }
-}
-
-void print_device_messages(std::ostream& out, const CellDescription& cell, const HeadlessResult& result) {
-  for (const DeviceMessage& notice : result.device_messages)
-    out << std::setprecision(3) << notice.time_s
-        << " s: " << cell.devices[static_cast<std::size_t>(notice.device)].name << ": " << notice.sentence
-        << '\n';
 }
 
 Json device_messages_json(const CellDescription& cell, const HeadlessResult& result) {
@@ -160,15 +115,6 @@ Json alternating_forces_json(const CellDescription& cell, const HeadlessResult& 
          {"time", force.time_s},
          {"change", force.change_N}});
   return all;
-}
-
-void print_alternating_forces(std::ostream& out, const CellDescription& cell, const HeadlessResult& result) {
-  for (const AlternatingForce& force : result.alternating_forces) {
-    out << std::setprecision(3) << force.time_s << " s: the contact force on "
-        << cell.components[static_cast<std::size_t>(force.part)].name << " alternates from step to step by "
-        << force.change_N << " N: forces, joint torques and power are not right (friction_law: stick, or a "
-        << "smaller solver.contact.tolerance)\n";
-  }
 }
 
 Json statistics_json(const SimulationStatistics& s) {
@@ -239,7 +185,10 @@ Json report_document(const Scenario& scenario, const CellDescription& cell, cons
   report.update(Json(instants.of(result.final_state)));
   add_expectations(report["components"], scenario, cell, result.final_state);
   if (result.surface_contact) add_contact_extremes(report["contacts"], instants, result);
-  if (result.run_metrics) report["run_metrics"] = run_metrics_json(cell, result);
+  if (result.run_metrics) {
+    report["summary"] = run_summary_json(scenario, cell, result);
+    report["run_metrics"] = run_metrics_json(cell, result);
+  }
   if (!result.assertions.empty()) report["assertions"] = assertions_json(result.assertions);
   Json changes = Json::array();
   for (const ConnectionChange& change : result.changes) {
@@ -250,6 +199,8 @@ Json report_document(const Scenario& scenario, const CellDescription& cell, cons
                        {"to", name_or_null(cell, change.to)}});
   }
   report["connection_changes"] = changes;
+  report["warnings"] = warnings_json(result);
+  report["further_warnings"] = result.further_warnings;
   report["collisions"] = collisions_json(cell, result);
   report["grips"] = grips_json(cell, result);
   report["alternating_forces"] = alternating_forces_json(cell, result);
@@ -270,6 +221,13 @@ Json report_document(const Scenario& scenario, const CellDescription& cell, cons
 }
 
 }  // namespace
+
+const ExpectedPose* expected_pose(const Scenario& scenario, const std::string& part) {
+  for (const ExpectedPose& expected : scenario.expected) {
+    if (expected.part == part) return &expected;
+  }
+  return nullptr;
+}
 
 double max_position_error_m(const Scenario& scenario, const CellDescription& cell, const Snapshot& state) {
   double largest = 0.0;
@@ -295,42 +253,6 @@ std::string report_json(const Scenario& scenario, const CellDescription& cell, c
 void write_html(std::ostream& out, const Scenario& scenario, const CellDescription& cell, const RunInfo& info,
                 const HeadlessResult& result) {
   write_html_report(out, report_document(scenario, cell, info, result), result.run_metrics->curves);
-}
-
-void print_summary(std::ostream& out, const Scenario& scenario, const CellDescription& cell,
-                   const HeadlessResult& result) {
-  const auto old_flags = out.flags();
-  out << std::fixed << std::setprecision(3) << scenario.name << ": " << result.final_state.time_s
-      << " s simulated in " << result.cpu_s << " s of computation, computation ratio " << std::setprecision(5)
-      << result.computation_ratio(result.final_state.time_s) << ", state hash "
-      << hexadecimal_text(result.final_state.state_hash) << '\n';
-  if (!scenario.expected.empty()) {
-    out << "Part        position (m)                       expected (m)                       error (mm)  "
-           "held by\n";
-  }
-  for (const ExpectedPose& expected : scenario.expected) {
-    const auto id = static_cast<std::size_t>(cell.find_component(expected.part));
-    const ComponentSample& sample = result.final_state.components[id];
-    const double error_mm = 1e3 * pose_error(sample, expected.X_WB).position_m;
-    out << std::left << std::setw(10) << expected.part << std::right << std::setprecision(6);
-    for (int i = 0; i < 3; ++i) out << std::setw(11) << sample.p_WB[i];
-    out << "  ";
-    for (int i = 0; i < 3; ++i) out << std::setw(11) << expected.X_WB.p[i];
-    out << std::setw(14) << error_mm << "  "
-        << (sample.partner < 0 ? "nothing" : cell.components[static_cast<std::size_t>(sample.partner)].name)
-        << (error_mm <= 1e3 * scenario.expected_tolerance_m ? "" : "  <- outside the tolerance") << '\n';
-  }
-  if (!cell.checked_bodies.empty()) print_collisions(out, cell, result);
-  print_weak_grips(out, cell, result);
-  print_device_messages(out, cell, result);
-  print_alternating_forces(out, cell, result);
-  print_assertions(out, result.assertions);
-  const SolverStatistics& work = result.statistics.solver;
-  if (work.forced_steps > 0)
-    out << work.forced_steps << " of " << work.steps
-        << " solver steps were accepted whatever their error, as smaller ones were not allowed\n";
-  if (!result.fault.empty()) out << "The run ended early: " << result.fault << '\n';
-  out.flags(old_flags);
 }
 
 }  // namespace takt

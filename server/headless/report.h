@@ -1,5 +1,5 @@
 #pragma once
-// Results of a headless run: a JSON report, a table for users.
+// Results of a headless run: a report as JSON and as a page.
 #include <ostream>
 #include <string>
 #include <string_view>
@@ -28,11 +28,10 @@ std::string report_json(const Scenario& scenario, const CellDescription& cell, c
 void write_html(std::ostream& out, const Scenario& scenario, const CellDescription& cell, const RunInfo& info,
                 const HeadlessResult& result);
 
+/// Null where the scenario expects none.
+const ExpectedPose* expected_pose(const Scenario& scenario, const std::string& part);
+
 /// Largest distance of a Part from its expected place (m); 0 without expected places.
 double max_position_error_m(const Scenario& scenario, const CellDescription& cell, const Snapshot& state);
-
-/// A table of final positions against the expected ones.
-void print_summary(std::ostream& out, const Scenario& scenario, const CellDescription& cell,
-                   const HeadlessResult& result);
 
 }  // namespace takt

@@ -1,6 +1,7 @@
 #pragma once
 // Metrics of a run: durations and energy of its steps, the largest loads with their times, and curves of
 // power, torques, forces and devices. Gathered during the run.
+#include <algorithm>
 #include <map>
 #include <set>
 #include <string>
@@ -75,6 +76,13 @@ struct RunMetrics {
   std::vector<StepMetrics> steps;
   std::vector<Curve> curves;
 };
+
+/// End of the program's last step; 0 without steps.
+inline double cycle_time_s(const RunMetrics& metrics) {
+  double end_s = 0.0;
+  for (const StepMetrics& step : metrics.steps) end_s = std::max(end_s, step.step.end_s);
+  return end_s;
+}
 
 class RunMetricsRecorder {
  public:

@@ -75,9 +75,7 @@ Json robots_json(const CellDescription& cell, const RunMetrics& metrics, std::ve
 Json run_metrics_json(const CellDescription& cell, const HeadlessResult& result) {
   const RunMetrics& metrics = *result.run_metrics;
   Json all;
-  double cycle_s = 0.0;
-  for (const StepMetrics& step : metrics.steps) cycle_s = std::max(cycle_s, step.step.end_s);
-  all["cycle_time"] = metrics.steps.empty() ? Json(nullptr) : Json(cycle_s);
+  all["cycle_time"] = metrics.steps.empty() ? Json(nullptr) : Json(cycle_time_s(metrics));
   all["steps"] = steps_json(cell, metrics);
   Json consumers = Json::object();
   for (const ConsumerMetrics& consumer : metrics.consumers)

@@ -16,6 +16,7 @@
 #include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <ostream>
 #include <sstream>
 
@@ -78,21 +79,6 @@ std::string manifest(const StudyOptions& options) {
   return all.dump(1);
 }
 
-void claim_directory(const StudyOptions& options) {
-  const fs::path directory = directory_of(options), file = directory / "study.json";
-  fs::create_directories(directory);
-  const std::string wanted = manifest(options);
-  if (!fs::exists(file)) {
-    write_whole(file, wanted);
-    return;
-  }
-  if (content(file) != wanted)
-    throw ScenarioError(
-        directory.string() +
-        ": holds the runs of another study (scenario, keys or options differ); allowed: the same "
-        "study again, another --table, or remove the directory");
-}
-
 /// Lock of the directory during work on it: by one process alone, or shared by the tasks of an array job.
 class DirectoryLock {
  public:
@@ -113,12 +99,46 @@ class DirectoryLock {
   int descriptor_ = -1;
 };
 
+/// Holds why a run refused its arguments: this study has no end.
+fs::path refusal_of(const StudyOptions& options) {
+  return directory_of(options) / "refused";
+}
+
+/// Files of runs with this extension.
+std::vector<fs::path> files_of_runs(const StudyOptions& options, const char* extension) {
+  std::vector<fs::path> files;
+  for (const fs::directory_entry& entry : fs::directory_iterator(directory_of(options)))
+    if (entry.path().extension() == extension && entry.path().filename() != "study.json")
+      files.push_back(entry.path());
+  return files;
+}
+
+/// A directory belongs to one study. It passes on from a study that has no end, or no finished run.
+void claim_directory(const StudyOptions& options) {
+  const fs::path directory = directory_of(options), file = directory / "study.json";
+  fs::create_directories(directory);
+  const std::string wanted = manifest(options);
+  if (!fs::exists(file)) {
+    write_whole(file, wanted);
+    return;
+  }
+  if (content(file) != wanted) {
+    if (!files_of_runs(options, ".json").empty() && !fs::exists(refusal_of(options)))
+      throw ScenarioError(
+          directory.string() +
+          ": holds the runs of another study (scenario, keys or options differ); allowed: the same "
+          "study again, another --table, or remove the directory");
+    const DirectoryLock lock(directory, false);
+    for (const char* extension : {".json", ".log"})
+      for (const fs::path& file_of_run : files_of_runs(options, extension)) fs::remove(file_of_run);
+    write_whole(file, wanted);
+  }
+  fs::remove(refusal_of(options));
+}
+
 /// Remains of runs whose study was killed.
 void remove_parts(const StudyOptions& options) {
-  std::vector<fs::path> parts;
-  for (const fs::directory_entry& entry : fs::directory_iterator(directory_of(options)))
-    if (entry.path().extension() == ".part") parts.push_back(entry.path());
-  for (const fs::path& part : parts) fs::remove(part);
+  for (const fs::path& part : files_of_runs(options, ".part")) fs::remove(part);
 }
 
 /// Whether its report exists and is complete.
@@ -157,6 +177,14 @@ pid_t start(const StudyOptions& options, int run) {
     _exit(127);
   }
   return pid;
+}
+
+/// Adds those notes in the messages of a run that no other run had.
+void take_notes(const fs::path& log, std::vector<std::string>& notes) {
+  std::ifstream in(log);
+  for (std::string line; std::getline(in, line);)
+    if (line.starts_with(kNoteOfRun) && std::find(notes.begin(), notes.end(), line) == notes.end())
+      notes.push_back(line);
 }
 
 void add_row(const StudyOptions& options, int run, Table& table) {
@@ -324,12 +352,13 @@ int run_study(const StudyOptions& options, std::ostream& progress) {
   std::map<pid_t, int> running;
   std::size_t next = 0;
   int done = before;
-  Progress bar(!options.bar);
+  std::optional<Progress> bar(std::in_place, !options.bar);
+  std::vector<std::string> notes;
   const auto show = [&] {
-    bar.at(done, runs, before, "runs");
-    if (!bar.shows()) progress << done << " of " << runs << " runs\n" << std::flush;
+    bar->at(done, runs, before, "runs");
+    if (!bar->shows()) progress << done << " of " << runs << " runs\n" << std::flush;
   };
-  bar.at(done, runs, before, "runs");
+  bar->at(done, runs, before, "runs");
   std::string refused;
   for (int run = options.task, i = 0; i < runs && before > 0; run += options.tasks, ++i) {
     if (!is_done(options, run)) continue;
@@ -354,9 +383,11 @@ int run_study(const StudyOptions& options, std::ostream& progress) {
     if (code != 0 && code != 1 && code != 3) {
       refused = "run " + std::to_string(run) + " of the study (exit code " + std::to_string(code) +
                 "): " + content(file_of(options, run, ".log"));
+      write_whole(refusal_of(options), refused);
       continue;
     }
     fs::rename(part_of(file_of(options, run, ".json")), file_of(options, run, ".json"));
+    take_notes(file_of(options, run, ".log"), notes);
     fs::remove(file_of(options, run, ".log"));
     if (++done == 1) {
       try {
@@ -367,6 +398,8 @@ int run_study(const StudyOptions& options, std::ostream& progress) {
     }
     show();
   }
+  bar.reset();
+  for (const std::string& note : notes) progress << note << '\n';
   if (!refused.empty()) throw ScenarioError(refused);
   if (whole) write_results(options);
   return before;

@@ -5,12 +5,16 @@
 #include <filesystem>
 #include <iosfwd>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "server/headless/table.h"
 
 namespace takt {
+
+/// Begins a note of takt-run on its error output.
+inline constexpr std::string_view kNoteOfRun = "takt-run: note: ";
 
 struct VariedKey {
   std::string key;  ///< dotted, as for --set

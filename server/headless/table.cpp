@@ -19,6 +19,11 @@ std::string cell_text(const std::string& text) {
   return result + "\"";
 }
 
+/// "1.5", "1.5 mm"; "" and "-" stand for a number that there is not.
+bool begins_with_number(const std::string& text) {
+  return text.empty() || text == "-" || finite_number(text.substr(0, text.find(' ')));
+}
+
 }  // namespace
 
 void Table::set(const std::string& column, const std::string& value) {
@@ -42,6 +47,28 @@ void Table::write_csv(std::ostream& out) const {
     for (std::size_t c = 0; c < columns_.size(); ++c)
       out << (c > 0 ? "," : "") << cell_text(cell(r, columns_[c]));
     out << '\n';
+  }
+}
+
+void Table::write_aligned(std::ostream& out) const {
+  std::vector<std::string> lines(rows_.size() + 1);
+  for (std::size_t c = 0; c < columns_.size(); ++c) {
+    const auto text = [&](std::size_t line) { return line == 0 ? columns_[c] : cell(line - 1, columns_[c]); };
+    std::size_t width = 0;
+    bool numbers = true;
+    for (std::size_t line = 0; line < lines.size(); ++line) {
+      width = std::max(width, text(line).size());
+      numbers = numbers && (line == 0 || begins_with_number(text(line)));
+    }
+    for (std::size_t line = 0; line < lines.size(); ++line) {
+      const std::string blank(width - text(line).size(), ' ');
+      if (c > 0) lines[line] += "  ";
+      lines[line] += numbers ? blank + text(line) : text(line) + blank;
+    }
+  }
+  for (std::string& line : lines) {
+    line.erase(line.find_last_not_of(' ') + 1);
+    out << line << '\n';
   }
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// A table of numbers and words with named columns: CSV out, and a plot of one column over another (SVG).
+// A table of numbers and words with named columns: as CSV, as text for a terminal, and as a plot of one column over another (SVG).
 #include <iosfwd>
 #include <map>
 #include <string>
@@ -20,6 +20,8 @@ class Table {
   std::string cell(std::size_t row, const std::string& column) const;
 
   void write_csv(std::ostream& out) const;
+  /// For a terminal: columns as wide as their widest cell, two spaces apart, numbers to the right.
+  void write_aligned(std::ostream& out) const;
   /// Points of `y` over `x`, one line for each value of `series` (empty: one line). Rows without numbers are
   /// skipped.
   void write_plot(std::ostream& out, const std::string& title, const std::string& x, const std::string& y,

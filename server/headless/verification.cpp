@@ -61,13 +61,13 @@ class SceneRunner {
       : scene_(scene), options_(options), result_(result) {}
 
   /// The quantity with these settings beside those of the scene. Throws RunFault.
-  double operator()(std::vector<std::string> settings, bool finest = false) {
-    options_.progress(scene_.name + ": " + join(settings, ", "));
+  double operator()(const std::vector<std::string>& settings) {
+    options_.progress(scene_.name + (settings.empty() ? "" : ": ") + join(settings, ", "));
     ScenarioOptions scenario_options;
     scenario_options.overrides = scene_.settings;
     for (const VerificationInput& input : scene_.inputs)
       scenario_options.overrides.push_back(input.key + "=" + exact_text(input.value));
-    for (std::string& setting : settings) scenario_options.overrides.push_back(std::move(setting));
+    for (const std::string& setting : settings) scenario_options.overrides.push_back(setting);
     scenario_options.level_of_detail = scene_.level_of_detail;
     const Scenario scenario = read_scenario(scene_.scenario, scenario_options);
     HeadlessOptions run;
@@ -81,7 +81,7 @@ class SceneRunner {
     const auto cell = build_cell(scenario, options_.import);
     Simulation simulation(cell);
     const HeadlessResult done = run_headless(simulation, scenario, run);
-    if (finest) note_files(scenario, *cell);
+    note_files(scenario, *cell);
     if (!done.fault.empty()) throw RunFault{done.fault};
     const RunInfo info{scenario.initial_solver(), cell->description.level_of_detail, Pace::free,
                        cell->convex_imports, cell->import_notes};
@@ -90,12 +90,15 @@ class SceneRunner {
   }
 
  private:
+  /// The hash is that of the first run, which is the finest; files are those of all runs.
   void note_files(const Scenario& scenario, const CellModel& cell) {
-    result_.model_hash = hexadecimal_text(model_hash(cell));
-    std::set<std::filesystem::path> noted;
+    if (result_.model_hash.empty()) result_.model_hash = hexadecimal_text(model_hash(cell));
+    for (const ImportNote& one : cell.import_notes)
+      if (std::find(result_.notes.begin(), result_.notes.end(), one.sentence) == result_.notes.end())
+        result_.notes.push_back(one.sentence);
     const auto note = [&](const char* role, const std::filesystem::path& path) {
       const std::filesystem::path file = split_mesh_path(path).file;
-      if (file.empty() || !noted.insert(file).second) return;
+      if (file.empty() || !noted_.insert(file).second) return;
       result_.files.push_back({role, file.lexically_normal().string(), options_.digest(file)});
     };
     note("scenario", scenario.file);
@@ -113,28 +116,29 @@ class SceneRunner {
   const VerificationScene& scene_;
   const VerificationOptions& options_;
   VerifiedScene& result_;
+  std::set<std::filesystem::path> noted_;
 };
 
 std::string number(double value) {
   return number_text(value, 6);
 }
 
-void judge_code(VerifiedScene& s) {
-  if (!s.plan.reference.exact) {
-    s.code_sentence = "the reference is not exact";
+void judge_code(VerifiedResolution& r, bool exact) {
+  if (!exact) {
+    r.code_sentence = "the reference is not exact";
     return;
   }
-  const auto& order = s.runs.front().error_order;
-  const auto& formal = s.plan.resolution.formal_order;
+  const auto& order = r.runs.front().error_order;
+  const auto& formal = r.plan.formal_order;
   if (!order) {
-    s.code_sentence = "the error of a run is zero to rounding: no order";
-    s.code = formal ? Verdict::bad : Verdict::not_demanded;
+    r.code_sentence = "the error of a run is zero to rounding: no order";
+    r.code = formal ? Verdict::bad : Verdict::not_demanded;
     return;
   }
-  s.code_sentence = "order of the errors " + number(*order);
+  r.code_sentence = "order of the errors " + number(*order);
   if (!formal) return;
-  s.code = std::abs(*order - *formal) <= kOrderAgreement * *formal ? Verdict::good : Verdict::bad;
-  s.code_sentence +=
+  r.code = std::abs(*order - *formal) <= kOrderAgreement * *formal ? Verdict::good : Verdict::bad;
+  r.code_sentence +=
       ", formal order " + number(*formal) + ", allowed deviation " + number(100.0 * kOrderAgreement) + " %";
 }
 
@@ -144,43 +148,94 @@ double range_of(const std::vector<VerifiedRun>& runs) {
   return most->point.value - least->point.value;
 }
 
-void judge_solution(VerifiedScene& s) {
-  const GridConvergence& c = s.convergence;
-  const double uncertainty = kRangeFactor * range_of(s.runs);
-  if (s.plan.tolerance && (c.state == GridState::oscillatory || c.state == GridState::diverging) &&
-      uncertainty <= kPartOfTolerance * *s.plan.tolerance) {
-    s.solution = Verdict::good;
-    s.solution_sentence = "no order; three times the range of the results, " + number(uncertainty) + " " +
-                          s.plan.unit + ", is below a tenth of the tolerance";
+/// `tolerance` of the comparison, if it is stated.
+void judge_solution(VerifiedResolution& r, std::optional<double> tolerance, const std::string& unit) {
+  const GridConvergence& c = r.convergence;
+  const double uncertainty = kRangeFactor * range_of(r.runs);
+  r.u_num = (c.state == GridState::monotone ? c.index : uncertainty) / kIndexCoverage;
+  if (tolerance && (c.state == GridState::oscillatory || c.state == GridState::diverging) &&
+      uncertainty <= kPartOfTolerance * *tolerance) {
+    r.solution = Verdict::good;
+    r.solution_sentence = "no order; three times the range of the results, " + number(uncertainty) + " " +
+                          unit + ", is below a tenth of the tolerance";
     return;
   }
-  s.solution = c.state == GridState::monotone ? Verdict::good : Verdict::bad;
+  r.solution = c.state == GridState::monotone ? Verdict::good : Verdict::bad;
   switch (c.state) {
     case GridState::monotone:
-      s.solution_sentence = "monotone convergence, observed order " + number(c.order) + ", safety factor " +
+      r.solution_sentence = "monotone convergence, observed order " + number(c.order) +
+                            ", grid convergence index " + number(c.index) + " " + unit + ", safety factor " +
                             number(c.safety_factor) +
                             (c.asymptotic ? " (asymptotic range)" : " (asymptotic range not shown)");
       return;
     case GridState::oscillatory:
-      s.solution_sentence = "the results oscillate under refinement: no order, no index";
+      r.solution_sentence = "the results oscillate under refinement: no order, no index";
       return;
     case GridState::diverging:
-      s.solution_sentence = "the differences do not shrink under refinement: no order, no index";
+      r.solution_sentence = "the differences do not shrink under refinement: no order, no index";
       return;
     case GridState::no_difference:
-      s.solution_sentence =
+      r.solution_sentence =
           "neighbouring results do not differ: no order, no index; the refined key may have no effect";
   }
 }
 
 void judge_comparison(VerifiedScene& s) {
-  const double k = s.plan.coverage_factor;
-  s.limit = s.plan.tolerance.value_or(k * s.u_val);
-  s.comparison = std::abs(s.error) <= s.limit ? Verdict::good : Verdict::bad;
+  const double k = s.plan.coverage_factor, reference = *s.plan.reference.value;
+  const std::string uncertainties = " (" + number(k) + " u_val)";
+  if (s.plan.reference.bound) {
+    s.good_to = reference - k * s.u_val;
+    s.comparison = s.result <= s.good_to ? Verdict::good : Verdict::bad;
+    s.comparison_sentence = number(s.result) + " + " + number(k * s.u_val) + uncertainties +
+                            (s.comparison == Verdict::good ? " <= " : " > ") + number(reference) + " " +
+                            s.plan.unit;
+    return;
+  }
+  const double limit = s.plan.tolerance.value_or(k * s.u_val);
+  s.good_from = reference - limit;
+  s.good_to = reference + limit;
+  s.comparison = std::abs(s.error) <= limit ? Verdict::good : Verdict::bad;
   s.comparison_sentence = "|E| = " + number(std::abs(s.error)) +
-                          (s.comparison == Verdict::good ? " <= " : " > ") + number(s.limit) + " " +
-                          s.plan.unit +
-                          (s.plan.tolerance ? " (stated tolerance)" : " (" + number(k) + " u_val)");
+                          (s.comparison == Verdict::good ? " <= " : " > ") + number(limit) + " " +
+                          s.plan.unit + (s.plan.tolerance ? " (stated tolerance)" : uncertainties);
+}
+
+std::size_t finest(const VerificationResolution& r) {
+  return static_cast<std::size_t>(std::min_element(r.sizes.begin(), r.sizes.end()) - r.sizes.begin());
+}
+
+/// Settings of all resolutions at their finest, but one at this level.
+std::vector<std::string> settings_at(const VerificationScene& scene, std::size_t refined, std::size_t level) {
+  std::vector<std::string> all;
+  for (std::size_t i = 0; i < scene.resolutions.size(); ++i) {
+    const VerificationResolution& r = scene.resolutions[i];
+    const auto& settings = r.levels[i == refined ? level : finest(r)];
+    all.insert(all.end(), settings.begin(), settings.end());
+  }
+  return all;
+}
+
+void refine(VerifiedScene& s, std::size_t refined, SceneRunner& run) {
+  VerifiedResolution& r = s.resolutions.emplace_back();
+  r.plan = s.plan.resolutions[refined];
+  std::vector<std::size_t> order(r.plan.sizes.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return r.plan.sizes[a] < r.plan.sizes[b]; });
+  std::vector<GridPoint> points;
+  for (const std::size_t level : order) {
+    const double value = points.empty() ? s.result : run(settings_at(s.plan, refined, level));
+    points.push_back({r.plan.sizes[level], value});
+    const std::string setting = join(r.plan.levels[level], ", ");
+    r.runs.push_back(
+        {r.plan.key.empty() ? setting : setting.substr(r.plan.key.size() + 1), points.back(), {}});
+  }
+  const VerificationReference& reference = s.plan.reference;
+  r.convergence = grid_convergence(points, r.plan.formal_order);
+  for (std::size_t i = 0; reference.exact && i + 1 < points.size(); ++i)
+    r.runs[i].error_order = error_order(points[i], points[i + 1], *reference.value);
+  judge_code(r, reference.exact);
+  judge_solution(r, reference.bound ? reference.value : s.plan.tolerance, s.plan.unit);
 }
 
 VerifiedScene verify_scene(const VerificationScene& scene, const VerificationOptions& options) {
@@ -188,40 +243,28 @@ VerifiedScene verify_scene(const VerificationScene& scene, const VerificationOpt
   s.plan = scene;
   s.u_reference = scene.reference.standard_uncertainty;
   SceneRunner run(scene, options, s);
-  const VerificationResolution& resolution = scene.resolution;
-  std::vector<std::size_t> order(resolution.values.size());
-  std::iota(order.begin(), order.end(), 0U);
-  std::sort(order.begin(), order.end(),
-            [&](std::size_t a, std::size_t b) { return resolution.sizes[a] < resolution.sizes[b]; });
-  const auto refined = [&](std::size_t i) { return resolution.key + "=" + resolution.values[i]; };
+  const std::vector<std::string> at_finest = settings_at(scene, scene.resolutions.size(), 0);
   try {
-    for (const std::size_t i : order)
-      s.runs.push_back({resolution.values[i], {resolution.sizes[i], run({refined(i)}, s.runs.empty())}, {}});
+    s.result = run(at_finest);
+    for (std::size_t i = 0; i < scene.resolutions.size(); ++i) refine(s, i, run);
     for (const VerificationInput& input : scene.inputs) {
       VerifiedInput& varied = s.inputs.emplace_back();
       varied.input = input;
-      for (const auto& [sign, value] : {std::pair{-1.0, &varied.below}, std::pair{1.0, &varied.above}})
-        *value = run({refined(order.front()),
-                      input.key + "=" + exact_text(input.value + sign * input.standard_uncertainty)});
+      for (const auto& [sign, value] : {std::pair{-1.0, &varied.below}, std::pair{1.0, &varied.above}}) {
+        std::vector<std::string> settings = at_finest;
+        settings.push_back(input.key + "=" + exact_text(input.value + sign * input.standard_uncertainty));
+        *value = run(settings);
+      }
     }
   } catch (const RunFault& fault) {
     s.fault = fault.sentence;
-    s.code_sentence = s.solution_sentence = s.comparison_sentence = "a run ended early: " + fault.sentence;
+    s.comparison_sentence = "a run ended early: " + fault.sentence;
     return s;
   }
-  std::vector<GridPoint> points;
-  for (const VerifiedRun& one : s.runs) points.push_back(one.point);
-  s.convergence = grid_convergence(points, resolution.formal_order);
-  for (std::size_t i = 0; scene.reference.exact && i + 1 < points.size(); ++i)
-    s.runs[i].error_order = error_order(points[i], points[i + 1], *scene.reference.value);
-  s.error = points.front().value - *scene.reference.value;
-  s.u_num =
-      (s.convergence.state == GridState::monotone ? s.convergence.index : kRangeFactor * range_of(s.runs)) /
-      kIndexCoverage;
+  s.error = s.result - *scene.reference.value;
+  for (const VerifiedResolution& r : s.resolutions) s.u_num = std::hypot(s.u_num, r.u_num);
   for (const VerifiedInput& input : s.inputs) s.u_input = std::hypot(s.u_input, input.uncertainty());
   s.u_val = std::hypot(s.u_num, s.u_input, s.u_reference);
-  judge_code(s);
-  judge_solution(s);
   judge_comparison(s);
   return s;
 }
@@ -233,7 +276,9 @@ double VerifiedInput::uncertainty() const {
 }
 
 bool VerifiedScene::good() const {
-  return fault.empty() && code != Verdict::bad && solution == Verdict::good && comparison == Verdict::good;
+  return fault.empty() && comparison == Verdict::good &&
+         std::all_of(resolutions.begin(), resolutions.end(),
+                     [](const VerifiedResolution& r) { return r.good(); });
 }
 
 bool Verification::good() const {
@@ -253,8 +298,18 @@ double number_at(const nlohmann::ordered_json& report, const std::string& path, 
 }
 
 Verification verify(const VerificationPlan& plan, const VerificationOptions& options) {
+  const auto wanted = [&](const std::string& name) {
+    return options.scenes.empty() ||
+           std::find(options.scenes.begin(), options.scenes.end(), name) != options.scenes.end();
+  };
+  for (const std::string& name : options.scenes)
+    if (std::none_of(plan.scenes.begin(), plan.scenes.end(),
+                     [&](const VerificationScene& scene) { return scene.name == name; }))
+      throw ScenarioError("--scene: found '" + name + "'; allowed: a scene of " + plan.file.string() + ": " +
+                          list_names(plan.scenes));
   Verification result{plan, options.version, {}};
-  for (const VerificationScene& scene : plan.scenes) result.scenes.push_back(verify_scene(scene, options));
+  for (const VerificationScene& scene : plan.scenes)
+    if (wanted(scene.name)) result.scenes.push_back(verify_scene(scene, options));
   return result;
 }
 

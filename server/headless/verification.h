@@ -1,6 +1,7 @@
 #pragma once
 // Verification and validation of the scenes of a plan in the terms of ASME V&V 10 and 20: code verification (order of the
-// errors against an exact value), solution verification (grid convergence index), uncertainty of inputs, comparison error.
+// errors against an exact value) and solution verification (grid convergence index) of each refinement, uncertainty of
+// inputs, comparison error.
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
@@ -21,9 +22,20 @@ struct VerifiedFile {
 };
 
 struct VerifiedRun {
-  std::string setting;  ///< value of the refined key
+  std::string setting;  ///< of the refined keys
   GridPoint point;
   std::optional<double> error_order;  ///< with the next coarser run, against an exact value
+};
+
+/// A refinement; all others are at their finest.
+struct VerifiedResolution {
+  VerificationResolution plan;
+  std::vector<VerifiedRun> runs;  ///< the finest first
+  GridConvergence convergence;
+  double u_num = 0.0;
+  VerificationVerdict code = VerificationVerdict::not_demanded, solution = VerificationVerdict::bad;
+  std::string code_sentence, solution_sentence;
+  bool good() const { return code != VerificationVerdict::bad && solution == VerificationVerdict::good; }
 };
 
 struct VerifiedInput {
@@ -34,16 +46,18 @@ struct VerifiedInput {
 
 struct VerifiedScene {
   VerificationScene plan;
-  std::vector<VerifiedRun> runs;  ///< the finest first
-  GridConvergence convergence;
+  std::vector<VerifiedResolution> resolutions;
   std::vector<VerifiedInput> inputs;
-  double error = 0.0;  ///< E: finest result less reference
+  double result = 0.0;  ///< of the finest run
+  double error = 0.0;   ///< E: result less reference
   double u_num = 0.0, u_input = 0.0, u_reference = 0.0, u_val = 0.0;
-  double limit = 0.0;  ///< of |E|
-  VerificationVerdict code = VerificationVerdict::not_demanded, solution = VerificationVerdict::bad,
-                      comparison = VerificationVerdict::bad;
-  std::string code_sentence, solution_sentence, comparison_sentence;
-  std::string fault;  ///< of the first run that ended early, or empty
+  std::optional<double>
+      good_from;  ///< results from here to `good_to` are good; no lower end beside an upper bound
+  double good_to = 0.0;
+  VerificationVerdict comparison = VerificationVerdict::bad;
+  std::string comparison_sentence;
+  std::vector<std::string> notes;  ///< of the imports
+  std::string fault;               ///< of the first run that ended early, or empty
   std::string model_hash;
   std::vector<VerifiedFile> files;
   bool good() const;
@@ -57,9 +71,10 @@ struct Verification {
 };
 
 struct VerificationOptions {
-  std::string version;                                                           ///< of the program
-  ImportOptions import;                                                          ///< of all scenarios
-  std::function<std::string(const std::filesystem::path&)> digest;               ///< of a file
+  std::string version;                                              ///< of the program
+  std::vector<std::string> scenes;                                  ///< names of those to run; empty: all
+  ImportOptions import;                                             ///< of all scenarios
+  std::function<std::string(const std::filesystem::path&)> digest;  ///< of a file
   std::function<void(const std::string&)> progress = [](const std::string&) {};  ///< called before each run
 };
 
@@ -67,7 +82,7 @@ struct VerificationOptions {
 /// or their member `name`. Throws ScenarioError, which begins with `place`, where there is no number.
 double number_at(const nlohmann::ordered_json& report, const std::string& path, const std::string& place);
 
-/// Runs all scenes. Throws ScenarioError for scenarios, settings and quantities that are wrong; a run that ends early is the
+/// Runs the scenes. Throws ScenarioError for unknown names, scenarios, settings and quantities that are wrong; a run that ends early is the
 /// fault of its scene.
 Verification verify(const VerificationPlan& plan, const VerificationOptions& options);
 

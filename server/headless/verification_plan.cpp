@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <map>
 #include <set>
 #include <sstream>
 
 #include "idl/common/parse.h"
 #include "idl/common/text.h"
 #include "server/fields/fields.h"
+#include "server/headless/closed_form.h"
 
 namespace takt {
 
@@ -17,41 +19,67 @@ namespace {
 constexpr int kPlanFormat = 1;
 constexpr std::size_t kLeastResolutions = 3, kMostResolutions = 20;
 
+void check_settings(const Fields& f, const char* key, const std::vector<std::string>& settings) {
+  for (const std::string& text : settings)
+    f.check(text.find('=') != std::string::npos && text.front() != '=', key, "'" + text + "'",
+            "KEY=VALUE with a dotted key of the scenario file");
+}
+
 }  // namespace
 
 void describe(Fields& f, VerificationReference& r) {
-  f.alternatives({"value", "measurement"}, 1, 1, "", "neither or both of them", "one of value, measurement");
+  f.alternatives({"value", "formula", "measurement", "at_most"}, 1, 1, "", "none or several of them",
+                 "one of value, formula, measurement, at_most");
   f.field("value", r.value, NumberRange{}, "Value of the reference, in the unit of the quantity.");
+  f.field("formula", r.formula, Text{},
+          "Closed form of the value: Lua, with the values of the inputs by their names.");
+  r.formula_place = f.place("formula");
   f.field("measurement", r.measurement, f.file(), "Table of measurements (CSV).");
+  std::optional<double> upper;
+  f.field("at_most", upper, NumberRange{}, "Upper bound of the quantity.");
+  if (upper) r.value = upper, r.bound = true;
   f.field("exact", r.exact, Flag{}, "The value solves the equations of the model.");
   f.field("standard_uncertainty", r.standard_uncertainty, not_negative(""), "Of the value.");
-  f.field("source", r.source, Text{}, "Where the value comes from: formula, derivation or publication.",
-          kRequired);
-  if (r.measurement.empty()) return;
+  f.field("source", r.source, Text{}, "Where the value comes from: derivation or publication.", kRequired);
+  f.field("differences", r.differences, Text{}, "How the model differs from that of the source, and why.");
+  const bool stated = !f.has("measurement");
   for (const char* key : {"exact", "standard_uncertainty"})
-    f.check(!f.has(key), key, "the key beside measurement", "the key beside value");
+    f.check(stated || !f.has(key), key, "the key beside measurement", "the key beside value");
+  f.check(!r.bound || !f.has("exact"), "exact", "the key beside at_most", "the key beside value or formula");
 }
 
 void describe(Fields& f, VerificationResolution& r) {
-  f.field("key", r.key, Text{}, "Key of the scenario that is refined.", kRequired);
-  f.field("values", r.values, ListOf<Text>{{}, "a list of three values or more", kLeastResolutions},
-          "Values of the key.", kRequired);
-  f.check(r.values.size() <= kMostResolutions, "values", std::to_string(r.values.size()) + " values",
+  std::vector<std::string> values;
+  f.alternatives({"key", "settings"}, 1, 1, "", "neither or both of them", "one of key, settings");
+  f.together("key", "values");
+  f.field("key", r.key, Text{}, "Key of the scenario that is refined.");
+  f.field("values", values, ListOf<Text>{{}, "a list of three values or more", kLeastResolutions},
+          "Values of the key.");
+  f.field(
+      "settings", r.levels,
+      ListOf<ListOf<Text>>{
+          {{}, "a list of KEY=VALUE", 1}, "a list of three lists of KEY=VALUE or more", kLeastResolutions},
+      "Settings of each level, in place of one key.");
+  for (const auto& level : r.levels) check_settings(f, "settings", level);
+  for (const std::string& text : values) r.levels.push_back({r.key + "=" + text});
+  const char* levels = r.key.empty() ? "settings" : "values";
+  f.check(r.levels.size() <= kMostResolutions, levels, std::to_string(r.levels.size()) + " values",
           "at most " + std::to_string(kMostResolutions));
-  f.field("sizes", r.sizes, Numbers{0, positive("")}, "Sizes of the values, for values that are no numbers.");
+  f.field("sizes", r.sizes, Numbers{0, positive("")}, "Sizes of the levels, where they are no numbers.");
   f.field("formal_order", r.formal_order, positive(""), "Order of the method.");
   if (r.sizes.empty()) {
-    for (const std::string& text : r.values) {
+    f.check(!r.key.empty(), "sizes", "nothing (the key is missing)", "the sizes of the settings");
+    for (const std::string& text : values) {
       const auto number = finite_number(text);
       f.check(number && *number > 0.0, "values", "'" + text + "'",
               "numbers > 0; other values have their sizes under sizes");
       r.sizes.push_back(*number);
     }
   }
-  f.check(r.sizes.size() == r.values.size(), "sizes", std::to_string(r.sizes.size()) + " sizes",
-          "one for each of the " + std::to_string(r.values.size()) + " values");
+  f.check(r.sizes.size() == r.levels.size(), "sizes", std::to_string(r.sizes.size()) + " sizes",
+          "one for each of the " + std::to_string(r.levels.size()) + " values");
   const std::set<double> different(r.sizes.begin(), r.sizes.end());
-  f.check(different.size() == r.sizes.size(), "values", "the same size twice", "different sizes");
+  f.check(different.size() == r.sizes.size(), levels, "the same size twice", "different sizes");
 }
 
 void describe(Fields& f, VerificationInput& i) {
@@ -68,16 +96,14 @@ void describe(Fields& f, VerificationScene& s) {
   f.field("duration_s", s.duration_s, positive("s"), "Simulated time; without it the scenario's.");
   f.field("set", s.settings, ListOf<Text>{{}, "a list of KEY=VALUE", 0},
           "Values that replace the scenario's.");
-  for (const std::string& text : s.settings)
-    f.check(text.find('=') != std::string::npos && text.front() != '=', "set", "'" + text + "'",
-            "KEY=VALUE with a dotted key of the scenario file");
+  check_settings(f, "set", s.settings);
   f.field("quantity", s.quantity, Text{}, "Path to a number in the report of a run.", kRequired);
   s.quantity_place = f.place("quantity");
   f.field("unit", s.unit, Text{}, "Unit of the quantity.", kRequired);
-  for (const char* key : {"reference", "resolution"})
-    f.check(f.has(key), key, "nothing (the key is missing)", "a mapping");
+  f.check(f.has("reference"), "reference", "nothing (the key is missing)", "a mapping");
   f.section("reference", "What the result is compared with.", s.reference);
-  f.section("resolution", "Runs from coarse to fine.", s.resolution);
+  f.entries("resolutions", s.resolutions, "Refinements; without any a single run.",
+            "Runs from coarse to fine.");
   f.entries("inputs", s.inputs, "Uncertain inputs.", "An input.");
   f.section("verdict", "Limit of the comparison error.", [&] {
     f.field("coverage_factor", s.coverage_factor, positive(""), "k in |E| <= k u_val.");
@@ -99,9 +125,15 @@ VerificationPlan read_verification_plan(const std::filesystem::path& file) {
   f.check(!plan.scenes.empty(), "scenes", "no scene", "one scene or more");
   f.finish();
   for (VerificationScene& scene : plan.scenes) {
+    if (!scene.reference.formula.empty()) {
+      std::map<std::string, double> names;
+      for (const VerificationInput& input : scene.inputs) names[input.name] = input.value;
+      scene.reference.value = closed_form(scene.reference.formula, names, scene.reference.formula_place);
+    }
     if (scene.reference.measurement.empty()) continue;
     VerificationReference measured = read_measurement(scene.reference.measurement);
     measured.source = scene.reference.source;
+    measured.differences = scene.reference.differences;
     scene.reference = std::move(measured);
   }
   return plan;

@@ -11,21 +11,25 @@
 
 namespace takt {
 
-/// What a result is compared with: a stated value, or the mean of measurements in a table.
+/// What a result is compared with: a value that is stated, computed or measured, or an upper bound.
 struct VerificationReference {
   std::optional<double> value;
+  std::string formula, formula_place;  ///< closed form of `value` (closed_form.h)
+  bool bound = false;                  ///< `value` is an upper bound
   std::filesystem::path measurement;  ///< CSV with the columns value and standard_uncertainty; empty: `value`
   bool exact = false;                 ///< `value` solves the equations of the model: errors have an order
   double standard_uncertainty = 0.0;  ///< of `value`; with a measurement computed from its rows
   std::string source;
-  int rows = 0;  ///< of the measurement
+  std::string differences;  ///< of the model from that of the source, with the reason
+  int rows = 0;             ///< of the measurement
 };
 
-/// The key that is refined, with its values. Texts, as mesh files are values too.
+/// Runs from coarse to fine. Each level is a list of KEY=VALUE, as one mesh may be that of several components.
 struct VerificationResolution {
-  std::string key;
-  std::vector<std::string> values;
-  std::vector<double> sizes;  ///< of the values; numbers are their own sizes
+  std::string name;
+  std::string key;  ///< where one key is refined; its values are the levels
+  std::vector<std::vector<std::string>> levels;
+  std::vector<double> sizes;  ///< of the levels; numbers are their own sizes
   std::optional<double> formal_order;
 };
 
@@ -43,7 +47,7 @@ struct VerificationScene {
   std::string quantity, unit;         ///< dotted path in the report of a run
   std::string quantity_place;         ///< of the key, for errors
   VerificationReference reference;
-  VerificationResolution resolution;
+  std::vector<VerificationResolution> resolutions;  ///< empty: a single run
   std::vector<VerificationInput> inputs;
   double coverage_factor = 2.0;
   std::optional<double> tolerance;

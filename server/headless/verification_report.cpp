@@ -1,5 +1,7 @@
 #include "server/headless/verification_report.h"
 
+#include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "idl/common/text.h"
@@ -17,30 +19,31 @@ Json or_null(const std::optional<Value>& value) {
   return value ? Json(*value) : Json(nullptr);
 }
 
-Json solution_json(const VerifiedScene& s) {
-  const GridConvergence& c = s.convergence;
+Json resolution_json(const VerifiedResolution& r) {
+  const GridConvergence& c = r.convergence;
   const bool monotone = c.state == GridState::monotone;
   const auto of_series = [&](double value) { return monotone ? Json(value) : Json(nullptr); };
   Json runs = Json::array(), orders = Json::array();
-  for (const VerifiedRun& run : s.runs)
+  for (const VerifiedRun& run : r.runs)
     runs.push_back({{"setting", run.setting},
                     {"size", run.point.size},
                     {"value", run.point.value},
                     {"error_order", or_null(run.error_order)}});
   for (const auto& order : c.orders) orders.push_back(or_null(order));
-  return {{"verdict", to_string(s.solution)},
-          {"finding", s.solution_sentence},
-          {"key", s.plan.resolution.key},
+  return {{"name", r.plan.name},
+          {"key", r.plan.key.empty() ? Json(nullptr) : Json(r.plan.key)},
+          {"code_verification", {{"verdict", to_string(r.code)}, {"finding", r.code_sentence}}},
+          {"solution_verification", {{"verdict", to_string(r.solution)}, {"finding", r.solution_sentence}}},
           {"runs", runs},
           {"state", to_string(c.state)},
           {"observed_order", of_series(c.order)},
           {"observed_orders", orders},
-          {"formal_order", or_null(s.plan.resolution.formal_order)},
+          {"formal_order", or_null(r.plan.formal_order)},
           {"asymptotic", c.asymptotic},
           {"extrapolated", of_series(c.extrapolated)},
           {"safety_factor", of_series(c.safety_factor)},
           {"grid_convergence_index", of_series(c.index)},
-          {"u_num", s.u_num}};
+          {"u_num", r.u_num}};
 }
 
 Json inputs_json(const VerifiedScene& s) {
@@ -56,6 +59,12 @@ Json inputs_json(const VerifiedScene& s) {
   return {{"inputs", inputs}, {"u_input", s.u_input}};
 }
 
+const char* kind_of(const VerificationReference& r) {
+  if (r.bound) return "upper bound";
+  if (!r.measurement.empty()) return "measurement";
+  return r.exact ? "exact" : "stated";
+}
+
 Json scene_json(const VerifiedScene& s) {
   const VerificationReference& r = s.plan.reference;
   Json scene{{"name", s.plan.name},
@@ -67,7 +76,7 @@ Json scene_json(const VerifiedScene& s) {
              {"comparison",
               {{"verdict", to_string(s.comparison)},
                {"finding", s.comparison_sentence},
-               {"result", s.runs.empty() ? Json(nullptr) : Json(s.runs.front().point.value)},
+               {"result", s.fault.empty() ? Json(s.result) : Json(nullptr)},
                {"reference", or_null(r.value)},
                {"error", s.error},
                {"u_num", s.u_num},
@@ -76,15 +85,20 @@ Json scene_json(const VerifiedScene& s) {
                {"u_val", s.u_val},
                {"coverage_factor", s.plan.coverage_factor},
                {"tolerance", or_null(s.plan.tolerance)},
-               {"limit", s.limit}}},
-             {"code_verification", {{"verdict", to_string(s.code)}, {"finding", s.code_sentence}}},
-             {"solution_verification", solution_json(s)},
+               {"good_from", or_null(s.good_from)},
+               {"good_to", s.good_to}}},
+             {"resolutions", Json::array()},
              {"input_uncertainty", inputs_json(s)},
              {"reference",
-              {{"kind", r.measurement.empty() ? (r.exact ? "exact" : "stated") : "measurement"},
+              {{"kind", kind_of(r)},
                {"source", r.source},
+               {"formula", r.formula.empty() ? Json(nullptr) : Json(r.formula)},
+               {"differences", r.differences.empty() ? Json(nullptr) : Json(r.differences)},
                {"rows", r.rows}}},
+             {"notes", s.notes},
              {"model_hash", s.model_hash}};
+  for (const VerifiedResolution& resolution : s.resolutions)
+    scene["resolutions"].push_back(resolution_json(resolution));
   Json files = Json::array();
   for (const VerifiedFile& file : s.files)
     files.push_back({{"role", file.role}, {"file", file.file}, {"sha256", file.digest}});
@@ -99,55 +113,75 @@ std::string marked(const Json& verdict) {
   return "<span class=\"skipped\">not demanded</span>";
 }
 
-void write_scene_page(std::ostream& out, const Json& scene) {
-  const std::string unit = " (" + text_of(scene["unit"]) + ")";
-  const Json &comparison = scene["comparison"], &solution = scene["solution_verification"],
-             &code = scene["code_verification"], &inputs = scene["input_uncertainty"];
-  out << "<h2>" << xml_escaped(text_of(scene["name"])) << ": " << marked(scene["verdict"]) << "</h2>\n<p>"
-      << xml_escaped(text_of(scene["description"])) << " Quantity: <code>"
-      << xml_escaped(text_of(scene["quantity"])) << "</code>. Reference ("
-      << text_of(scene["reference"]["kind"]) << "): " << xml_escaped(text_of(scene["reference"]["source"]))
-      << "</p>\n";
-  if (!scene["fault"].is_null()) {
-    out << "<p class=\"failed\">A run ended early: " << xml_escaped(text_of(scene["fault"])) << "</p>\n";
-    return;
-  }
+std::string digits(const Json& value, int count) {
+  return value.is_number() ? number_text(value.get<double>(), count) : std::string();
+}
+
+void write_resolution(std::ostream& out, const Json& resolution, const std::string& unit) {
+  const Json &code = resolution["code_verification"], &solution = resolution["solution_verification"];
+  out << "<h3>Refinement: " << xml_escaped(text_of(resolution["name"])) << "</h3>\n";
   {
     HtmlTable table(out, {"step", "verdict", "finding"});
     table.row({"code verification", marked(code["verdict"]), xml_escaped(text_of(code["finding"]))}, true);
     table.row(
         {"solution verification", marked(solution["verdict"]), xml_escaped(text_of(solution["finding"]))},
         true);
-    table.row({"comparison", marked(comparison["verdict"]), xml_escaped(text_of(comparison["finding"]))},
-              true);
   }
+  const Json& key = resolution["key"];
+  HtmlTable table(out, {key.is_null() ? "settings" : text_of(key), "size (1)", "result" + unit,
+                        "order of the error (1)"});
+  for (const Json& run : resolution["runs"])
+    table.row({text_of(run["setting"]), text_of(run["size"]), digits(run["value"], 9),
+               text_of(run["error_order"])});
+}
+
+void write_scene_page(std::ostream& out, const Json& scene) {
+  const std::string unit = " (" + text_of(scene["unit"]) + ")";
+  const Json &comparison = scene["comparison"], &inputs = scene["input_uncertainty"],
+             &reference = scene["reference"];
+  out << "<h2>" << xml_escaped(text_of(scene["name"])) << ": " << marked(scene["verdict"]) << "</h2>\n<p>"
+      << xml_escaped(text_of(scene["description"])) << " Quantity: <code>"
+      << xml_escaped(text_of(scene["quantity"])) << "</code>. Reference (" << text_of(reference["kind"])
+      << "): " << xml_escaped(text_of(reference["source"])) << "</p>\n";
+  if (!reference["formula"].is_null())
+    out << "<pre>" << xml_escaped(text_of(reference["formula"])) << "</pre>\n";
+  if (!reference["differences"].is_null())
+    out << "<p>Differences from the source: " << xml_escaped(text_of(reference["differences"])) << "</p>\n";
+  if (!scene["fault"].is_null()) {
+    out << "<p class=\"failed\">A run ended early: " << xml_escaped(text_of(scene["fault"])) << "</p>\n";
+    return;
+  }
+  out << "<p>Comparison: " << marked(comparison["verdict"]) << ", "
+      << xml_escaped(text_of(comparison["finding"])) << ".</p>\n";
   {
-    HtmlTable table(out, {"result" + unit, "reference" + unit, "error E" + unit, "u_num" + unit,
-                          "u_input" + unit, "u_reference" + unit, "u_val" + unit, "limit of |E|" + unit});
-    const auto seven = [](const Json& value) {
-      return value.is_number() ? number_text(value.get<double>(), 7) : std::string();
-    };
-    table.row({seven(comparison["result"]), seven(comparison["reference"]), text_of(comparison["error"]),
-               text_of(comparison["u_num"]), text_of(comparison["u_input"]),
+    HtmlTable table(out,
+                    {"result" + unit, "reference" + unit, "error E" + unit, "u_num" + unit, "u_input" + unit,
+                     "u_reference" + unit, "u_val" + unit, "good from" + unit, "good to" + unit});
+    table.row({digits(comparison["result"], 7), digits(comparison["reference"], 7),
+               text_of(comparison["error"]), text_of(comparison["u_num"]), text_of(comparison["u_input"]),
                text_of(comparison["u_reference"]), text_of(comparison["u_val"]),
-               text_of(comparison["limit"])});
+               digits(comparison["good_from"], 7), digits(comparison["good_to"], 7)});
   }
-  {
-    HtmlTable table(out, {text_of(solution["key"]), "size (1)", "result" + unit, "order of the error (1)"});
-    for (const Json& run : solution["runs"])
-      table.row({text_of(run["setting"]), text_of(run["size"]), number_text(run["value"].get<double>(), 9),
-                 text_of(run["error_order"])});
-  }
+  for (const Json& resolution : scene["resolutions"]) write_resolution(out, resolution, unit);
   if (!inputs["inputs"].empty()) {
     HtmlTable table(out, {"input", "value (#)", "standard uncertainty (#)", "contribution" + unit});
     for (const Json& input : inputs["inputs"])
       table.row({text_of(input["name"]), text_of(input["value"]), text_of(input["standard_uncertainty"]),
                  text_of(input["contribution"])});
   }
+  for (const Json& note : scene["notes"]) out << "<p>Note: " << xml_escaped(text_of(note)) << "</p>\n";
   HtmlTable table(out, {"file", "role", "SHA-256"});
   for (const Json& file : scene["files"])
     table.row({text_of(file["file"]), text_of(file["role"]), text_of(file["sha256"])});
   table.row({"", "model hash", text_of(scene["model_hash"])});
+}
+
+/// With the digits that show where it is between the ends of the good results.
+std::string text_within(double value, const VerifiedScene& s) {
+  const double width = s.good_from ? s.good_to - *s.good_from : 0.0;
+  const double scale = std::max(std::abs(value), std::abs(s.good_to));
+  const double digits = width > 0.0 && scale > 0.0 ? std::ceil(std::log10(scale / width)) : 0.0;
+  return number_text(value, static_cast<int>(std::clamp(digits + 3.0, 4.0, 15.0)));
 }
 
 }  // namespace
@@ -194,9 +228,15 @@ void print_verification(std::ostream& out, const Verification& verification) {
   for (const VerifiedScene& s : verification.scenes) {
     out << (s.good() ? "good  " : "BAD   ") << s.plan.name << ": " << s.comparison_sentence << '\n';
     if (!s.fault.empty()) continue;
-    if (s.code == VerificationVerdict::bad) out << "      code verification: " << s.code_sentence << '\n';
-    if (s.solution == VerificationVerdict::bad)
-      out << "      solution verification: " << s.solution_sentence << '\n';
+    out << "      result " << text_within(s.result, s) << ", good "
+        << (s.good_from ? "from " + text_within(*s.good_from, s) + " " : "") << "to "
+        << text_within(s.good_to, s) << ' ' << s.plan.unit << '\n';
+    for (const VerifiedResolution& r : s.resolutions) {
+      if (r.code == VerificationVerdict::bad)
+        out << "      code verification, " << r.plan.name << ": " << r.code_sentence << '\n';
+      if (r.solution == VerificationVerdict::bad)
+        out << "      solution verification, " << r.plan.name << ": " << r.solution_sentence << '\n';
+    }
   }
   out << verification.plan.name << ": " << (verification.good() ? "good" : "bad") << '\n';
 }

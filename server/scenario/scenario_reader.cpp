@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 #include <set>
+#include <span>
 #include <sstream>
 
 #include "idl/common/parse.h"
@@ -31,6 +32,29 @@ std::vector<std::string> keys_of(const YAML::Node& map) {
   return keys;
 }
 
+/// "a.b[2].c" and "a.b.2.c" are the same key.
+std::vector<std::string> parts_of(const std::string& key, const std::string& text) {
+  std::string dotted;
+  for (std::size_t i = 0; i < key.size(); ++i) {
+    if (key[i] != '[') {
+      dotted += key[i];
+      continue;
+    }
+    const std::size_t close = key.find(']', i);
+    const bool ends = close != std::string::npos &&
+                      (close + 1 == key.size() || key[close + 1] == '.' || key[close + 1] == '[');
+    if (i == 0 || !ends || !finite_number(key.substr(i + 1, close - i - 1)))
+      throw ScenarioError("--set " + text + ": found '" + key.substr(i) +
+                          "'; allowed: the number of an element in brackets, e.g. position_m[2]");
+    dotted += "." + key.substr(i + 1, close - i - 1);
+    i = close;
+  }
+  std::vector<std::string> parts;
+  std::stringstream stream(dotted);
+  for (std::string part; std::getline(stream, part, '.');) parts.push_back(part);
+  return parts;
+}
+
 /// An element of a list, by its number.
 std::size_t element_index(const YAML::Node& list, const std::string& key, const std::string& text) {
   const auto index = finite_number(key);
@@ -48,16 +72,13 @@ void apply_override(YAML::Node& root, const std::string& text, const ScenarioOpt
     throw ScenarioError("--set " + text +
                         ": found no '='; allowed: key=value with a dotted key of the scenario file");
   }
-  const std::string key = text.substr(0, equals);
+  const std::vector<std::string> keys = parts_of(text.substr(0, equals), text);
   YAML::Node value;
   try {
     value = parse_yaml(text.substr(equals + 1));
   } catch (const YAML::Exception& error) {
     throw ScenarioError("--set " + text + ": the value is not valid YAML: " + error.msg);
   }
-  std::vector<std::string> keys;
-  std::stringstream stream(key);
-  for (std::string part; std::getline(stream, part, '.');) keys.push_back(part);
   const YAML::Node group = std::as_const(root)[keys.front()];
   if (keys.size() > 2 && has_entries(keys.front()) && !(group.IsMap() && group[keys[1]].IsDefined()))
     throw ScenarioError("--set " + text + ": found '" + keys[1] + "'; allowed: an entry of " + keys.front() +
@@ -72,10 +93,16 @@ void apply_override(YAML::Node& root, const std::string& text, const ScenarioOpt
     }
     node.reset(next);
   }
-  if (node.IsSequence())
+  if (node.IsSequence()) {
     node[element_index(node, keys.back(), text)] = value;
-  else
+  } else if (keys.size() > 1 && finite_number(keys.back()) && !node.IsMap()) {
+    throw ScenarioError("--set " + text + ": found no list '" + keys[keys.size() - 2] +
+                        "' in the scenario; allowed: an element of a list that it has, or the whole list, " +
+                        "--set '" + join(std::span(keys).first(keys.size() - 1), ".") + "=[...]'");
+  } else {
     node[keys.back()] = value;
+  }
+  const std::string key = join(keys, ".");
   const auto option = options.option_of.find(key);
   source.overridden[key] = option == options.option_of.end() ? "--set" : option->second;
 }

@@ -159,6 +159,29 @@ TEST(ContactMeshes, LargeMeshesAreMadeOnDemand) {
       4e-9);
 }
 
+TEST(ContactMeshes, FamiliesAreTheSameShapesFromCoarseToFine) {
+  const test::TemporaryDirectory directory;
+  const std::string command =
+      std::string(TAKT_BIN_DIR) + "/takt-make-meshes --families " + directory.path().string();
+  ASSERT_EQ(std::system(command.c_str()), 0) << command;
+  for (int level = 3; level <= 6; ++level) {
+    const TriangleMesh ball = import_solid(directory.path() / ("sphere_" + std::to_string(level) + ".obj"));
+    EXPECT_EQ(ball.triangles.size(), 20U << (2 * level));
+    for (const Vec3& v : ball.vertices) ASSERT_NEAR(v.norm(), 0.025, 4e-9);
+  }
+  for (const std::string name : {"nut", "bolt"}) {
+    std::vector<TriangleMesh> meshes;
+    for (const char* level : {"_1", "_2", "_3"})
+      meshes.push_back(import_solid(directory.path() / (name + level + ".obj")));
+    const double volume = volume_properties(meshes.back()).volume;
+    for (std::size_t i = 0; i + 1 < meshes.size(); ++i) {
+      EXPECT_LT(1.5 * static_cast<double>(meshes[i].triangles.size()),
+                static_cast<double>(meshes[i + 1].triangles.size()));
+      EXPECT_NEAR(volume_properties(meshes[i]).volume / volume, 1.0, 5e-3) << name;
+    }
+  }
+}
+
 TEST(ContactMeshes, InvalidArgumentsOfTheGeneratorAreReported) {
   const std::string generator = std::string(TAKT_BIN_DIR) + "/takt-make-meshes";
   for (const char* arguments : {"", " --small x", " --large", " a b", " --large a b"})

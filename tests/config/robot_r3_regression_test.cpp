@@ -3,6 +3,8 @@
 // Runge-Kutta at 1e-5 s): the acceptance levels of the published facts, over the whole motion.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -12,6 +14,7 @@
 #include "server/headless/csv_writer.h"
 #include "server/headless/headless_run.h"
 #include "server/headless/report.h"
+#include "server/headless/verification_plan.h"
 #include "server/scenario/scenario_builder.h"
 #include "server/simulation/step/simulation.h"
 #include "tests/support/child_process.h"
@@ -163,6 +166,18 @@ TEST(RobotR3FixedSteps, ClassicalRungeKuttaAtTenMicrosecondsKeepsThePublishedFig
   ASSERT_EQ(r.result.fault, "");
   // The same method at the same steps: the difference is rounding, and its effect at a switch.
   expect_within(r.motion, {1e-9, 1e-7, 1e-5, 1e-5, 1e-8});
+}
+
+TEST(RobotR3Verification, ThePlanHasTheReferenceOfTheSecondImplementation) {
+  const VerificationPlan plan =
+      read_verification_plan(std::string(TAKT_CONFIG_DIR) + "/verification/takt.yaml");
+  const auto scene = std::find_if(plan.scenes.begin(), plan.scenes.end(),
+                                  [](const VerificationScene& one) { return one.name == "robot r3"; });
+  ASSERT_NE(scene, plan.scenes.end());
+  EXPECT_EQ(scene->quantity, "robots.r3.position.j3");
+  const Motion& other = second_implementation();
+  const auto row = static_cast<std::size_t>(std::llround(*scene->duration_s / kPeriod));
+  EXPECT_NEAR(*scene->reference.value, other.rows.at(row).q[2], 1e-9);
 }
 
 TEST(RobotR3Tolerance, ASmallerToleranceComesCloser) {

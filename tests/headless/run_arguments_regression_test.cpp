@@ -59,6 +59,7 @@ TEST(RunArguments, ACommandRefusesTheOptionsOfOthers) {
       {{"study", "x.yaml", "--vary", "a=0:1:2"},
        {"--table", "--plot", "--jobs", "--slurm", "--task", "--set", "--lod", "--solver", "--step",
         "--tolerance", "--duration", "--program"}},
+      {{"verify", "x.yaml"}, {"--output", "--scene"}},
       {{"compare", "a.json", "b.json"}, {"--limit", "--report"}},
       {{"check-mesh", "x.obj"}, {"--scale", "--element-edge"}},
       {{"replay", "x.taktlog"}, {"--threads"}},

@@ -149,6 +149,44 @@ TEST_F(StudyRuns, ASecondStudyInTheSameDirectoryIsRefused) {
   EXPECT_THAT(second.text, HasSubstr("another process is working on this study"));
 }
 
+TEST_F(StudyRuns, AStudyThatHasNoEndGivesWayToTheNext) {
+  // The last of three values is refused.
+  const auto study = [&](const std::string& vary) {
+    return ChildProcess(
+        {TAKT_BIN_DIR "/takt-run", "study", TAKT_CONFIG_DIR "/scenarios/contact/sliding_block.yaml", "--vary",
+         vary, "--duration", "0.01", "--jobs", "1", "--table", (directory_ / "study.csv").string()});
+  };
+  ChildProcess wrong = study("contact.defaults.friction=0.2:-0.2:3");
+  EXPECT_EQ(wrong.wait(), 2);
+  EXPECT_THAT(wrong.text, HasSubstr("run 2 of the study (exit code 2)"));
+  EXPECT_EQ(reports().size(), 2U);
+  ChildProcess right = study("parts.Slab.twist.velocity_m_per_s[0]=0.5:1:2");
+  EXPECT_EQ(right.wait(), 0) << right.text;
+  EXPECT_EQ(rows(), 3U);
+  EXPECT_EQ(reports().size(), 2U);
+  ChildProcess other = study("contact.defaults.friction=0.1:0.2:2");
+  EXPECT_EQ(other.wait(), 2);
+  EXPECT_THAT(other.text, HasSubstr("holds the runs of another study"));
+  // A key that no run has is refused before the directory is made.
+  fs::remove_all(runs());
+  ChildProcess unknown = study("contact.defaults.fricton=0.1:0.2:2");
+  EXPECT_EQ(unknown.wait(), 2);
+  EXPECT_THAT(unknown.text, HasSubstr("fricton"));
+  EXPECT_FALSE(fs::exists(runs()));
+}
+
+TEST_F(StudyRuns, ANoteOfAllRunsIsPrintedOnce) {
+  ChildProcess study({TAKT_BIN_DIR "/takt-run", "study",
+                      TAKT_CONFIG_DIR "/scenarios/contact/sliding_block.yaml", "--vary",
+                      "contact.defaults.friction=0.1:0.3:3", "--set", "parts.Slab.pose.position_m[2]=-0.008",
+                      "--lod", "1", "--duration", "0.01", "--table", (directory_ / "study.csv").string()});
+  EXPECT_EQ(study.wait(), 0) << study.text;
+  const std::string note = "Slab starts inside Plate";
+  const std::size_t first = study.text.find(note);
+  ASSERT_NE(first, std::string::npos) << study.text;
+  EXPECT_EQ(study.text.find(note, first + 1), std::string::npos) << study.text;
+}
+
 TEST_F(StudyRuns, TheSlurmJobIsTheSameStudy) {
   ChildProcess writer(command({"--slurm", (directory_ / "job").string()}));
   ASSERT_EQ(writer.wait(), 0) << writer.text;

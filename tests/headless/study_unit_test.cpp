@@ -49,6 +49,26 @@ TEST(Table, ColumnsAppearInOrderAndCellsAreQuoted) {
   EXPECT_EQ(csv.str(), "a,said,b\n1.5,\"no, \"\"never\"\"\",\n0.1,,2\n");
 }
 
+TEST(Table, ColumnsForATerminalNeverTouchAndNumbersStandToTheRight) {
+  Table table;
+  for (const auto& [name, value] :
+       {std::pair<const char*, const char*>{"a name longer than its head", "-1.5 mm"},
+        {"b", "1234567.25"},
+        {"c", "-"}}) {
+    table.begin_row();
+    table.set("name", name);
+    table.set("value", value);
+    table.set("", "x");
+  }
+  std::ostringstream text;
+  table.write_aligned(text);
+  EXPECT_EQ(text.str(),
+            "name                              value\n"
+            "a name longer than its head     -1.5 mm  x\n"
+            "b                            1234567.25  x\n"
+            "c                                     -  x\n");
+}
+
 TEST(Table, APlotHasALineForEachSeriesAndLeavesOutTexts) {
   Table table;
   for (int i = 0; i < 6; ++i) {

@@ -35,7 +35,8 @@ class VerificationReport : public testing::Test {
     text << "  pendulum:\n    scenario: " << TAKT_CONFIG_DIR << "/verification/pendulum.yaml\n"
          << "    quantity: robots.Pendulum.position.bearing\n    unit: rad\n"
          << "    reference: {value: " << reference << ", exact: true, source: closed form}\n"
-         << "    resolution: {key: solver.step_s, values: ['0.01', '0.005', '0.0025'], formal_order: 4}\n"
+         << "    resolutions: {step: {key: solver.step_s, values: ['0.01', '0.005', '0.0025'], formal_order: "
+            "4}}\n"
          << more;
     return text.str();
   }
@@ -55,11 +56,13 @@ TEST_F(VerificationReport, APendulumKeepsItsClosedFormWithTheOrderOfTheMethod) {
   const Verification done = run(scene(kAngle));
   ASSERT_EQ(done.scenes.size(), 1U);
   const VerifiedScene& s = done.scenes[0];
-  EXPECT_TRUE(done.good()) << s.code_sentence << "; " << s.solution_sentence << "; " << s.comparison_sentence;
-  ASSERT_EQ(s.runs.size(), 3U);
-  ASSERT_TRUE(s.runs[0].error_order.has_value());
-  EXPECT_NEAR(*s.runs[0].error_order, 4.0, 0.2);
-  EXPECT_NEAR(s.convergence.extrapolated, kAngle, 0.1 * std::abs(s.error));
+  const VerifiedResolution& step = s.resolutions.at(0);
+  EXPECT_TRUE(done.good()) << step.code_sentence << "; " << step.solution_sentence << "; "
+                           << s.comparison_sentence;
+  ASSERT_EQ(step.runs.size(), 3U);
+  ASSERT_TRUE(step.runs[0].error_order.has_value());
+  EXPECT_NEAR(*step.runs[0].error_order, 4.0, 0.2);
+  EXPECT_NEAR(step.convergence.extrapolated, kAngle, 0.1 * std::abs(s.error));
   EXPECT_LE(std::abs(s.error), 2.0 * s.u_num);
   EXPECT_EQ(s.files[0].digest, "digest of pendulum.yaml");
 }
@@ -68,7 +71,7 @@ TEST_F(VerificationReport, AWrongReferenceIsABadVerdict) {
   const Verification done = run(scene(kAngle + 1e-3));
   EXPECT_FALSE(done.good());
   EXPECT_EQ(done.scenes[0].comparison, VerificationVerdict::bad);
-  EXPECT_EQ(done.scenes[0].solution, VerificationVerdict::good);
+  EXPECT_EQ(done.scenes[0].resolutions[0].solution, VerificationVerdict::good);
   EXPECT_NEAR(done.scenes[0].error, -1e-3, 1e-5);
 }
 
@@ -92,8 +95,8 @@ TEST_F(VerificationReport, ASettingWithoutEffectIsNoSolution) {
   std::string text = scene(kAngle);
   text.replace(text.find("solver.step_s"), 13, "world.temperature_degC");
   const Verification done = run(text);
-  EXPECT_EQ(done.scenes[0].convergence.state, GridState::no_difference);
-  EXPECT_EQ(done.scenes[0].solution, VerificationVerdict::bad);
+  EXPECT_EQ(done.scenes[0].resolutions[0].convergence.state, GridState::no_difference);
+  EXPECT_EQ(done.scenes[0].resolutions[0].solution, VerificationVerdict::bad);
   EXPECT_FALSE(done.good());
 }
 
@@ -102,16 +105,16 @@ TEST_F(VerificationReport, ResultsWithoutAnOrderAreGoodWithinATenthOfATolerance)
     return "  incline:\n    scenario: " + std::string(TAKT_CONFIG_DIR) +
            "/scenarios/contact/incline.yaml\n    quantity: components.Slides.position.x\n    unit: m\n"
            "    reference: {value: 0.224471954, source: Coulomb friction}\n"
-           "    resolution: {key: solver.step_s, values: ['0.002', '0.001', '0.0005']}\n"
+           "    resolutions: {step: {key: solver.step_s, values: ['0.002', '0.001', '0.0005']}}\n"
            "    verdict: {tolerance: " +
            tolerance + "}\n";
   };
   const VerifiedScene wide = run(incline("0.0005")).scenes.at(0);
-  EXPECT_NE(wide.convergence.state, GridState::monotone);
-  EXPECT_TRUE(wide.good()) << wide.solution_sentence << "; " << wide.comparison_sentence;
+  EXPECT_NE(wide.resolutions.at(0).convergence.state, GridState::monotone);
+  EXPECT_TRUE(wide.good()) << wide.resolutions[0].solution_sentence << "; " << wide.comparison_sentence;
   EXPECT_GT(wide.u_num, 0.0);
   const VerifiedScene narrow = run(incline("1e-8")).scenes.at(0);
-  EXPECT_EQ(narrow.solution, VerificationVerdict::bad);
+  EXPECT_EQ(narrow.resolutions.at(0).solution, VerificationVerdict::bad);
   EXPECT_EQ(narrow.comparison, VerificationVerdict::bad);
 }
 
@@ -124,7 +127,7 @@ TEST_F(VerificationReport, AMeasurementHasTheUncertaintyOfItsRows) {
   const VerifiedScene s = run(text).scenes.at(0);
   EXPECT_NEAR(*s.plan.reference.value, 1.29, 1e-12);
   EXPECT_NEAR(s.u_reference, std::hypot(0.003, 0.01 / std::sqrt(3.0)), 1e-12);
-  EXPECT_EQ(s.code, VerificationVerdict::not_demanded);
+  EXPECT_EQ(s.resolutions.at(0).code, VerificationVerdict::not_demanded);
   EXPECT_EQ(s.comparison, VerificationVerdict::good) << s.comparison_sentence;
 }
 
@@ -142,11 +145,101 @@ TEST_F(VerificationReport, ErrorsStatePlaceValueAndWhatIsAllowed) {
   EXPECT_THAT(refusal(scene(kAngle, "    sceenario: x\n")), HasSubstr("sceenario"));
 }
 
+TEST_F(VerificationReport, AFormulaKnowsTheInputs) {
+  // A pendulum of length 1 m swings by small angles with sqrt(g / L): the angle after a whole period.
+  const auto swing = [](const std::string& reference) {
+    return "  swing:\n    scenario: " + std::string(TAKT_CONFIG_DIR) +
+           "/verification/pendulum.yaml\n    duration_s: 1\n"
+           "    set: [\"robots.Pendulum.initial_joints_deg=[89.9]\"]\n"
+           "    quantity: robots.Pendulum.position.bearing\n    unit: rad\n    reference: {" +
+           reference +
+           ", source: small angles}\n"
+           "    resolutions: {step: {key: solver.step_s, values: ['0.02', '0.01', '0.005']}}\n"
+           "    inputs: {g: {key: 'world.gravity_m_per_s2[2]', value: -9.81, standard_uncertainty: 0.01}}\n"
+           "    verdict: {tolerance: 1.0e-6}\n";
+  };
+  const VerifiedScene s =
+      run(swing("formula: 'math.pi / 2 - math.rad(0.1) * math.cos(math.sqrt(-g) * 1)'")).scenes.at(0);
+  EXPECT_TRUE(s.good()) << s.comparison_sentence << "; " << s.resolutions[0].solution_sentence;
+  // d/dg of the closed form: A sin(sqrt(g) t) t / (2 sqrt(g)) u(g).
+  const double w = std::sqrt(9.81);
+  EXPECT_NEAR(s.u_input, std::abs(0.1 * M_PI / 180.0 * std::sin(w) / (2.0 * w) * 0.01), 1e-8);
+  EXPECT_THAT(refusal(swing("formula: 'math.pi * x'")),
+              testing::AllOf(HasSubstr("scenes.swing.reference.formula"), HasSubstr("undefined name 'x'")));
+  EXPECT_THAT(refusal(swing("formula: '\"one\"'")), HasSubstr("without a finite number"));
+  EXPECT_THAT(refusal(swing("formula: '1', value: 1")),
+              HasSubstr("one of value, formula, measurement, at_most"));
+}
+
+TEST_F(VerificationReport, AnUpperBoundCountsTheUncertainties) {
+  const auto bound = [&](double at_most) {
+    std::string text = scene(kAngle);
+    const std::size_t at = text.find("{value:");
+    return text.replace(at, text.find('\n', at) - at,
+                        "{at_most: " + std::to_string(at_most) + ", source: a drawing}");
+  };
+  const VerifiedScene wide = run(bound(1.3)).scenes.at(0);
+  EXPECT_TRUE(wide.good()) << wide.comparison_sentence;
+  EXPECT_FALSE(wide.good_from.has_value());
+  EXPECT_NEAR(wide.good_to, 1.3 - 2.0 * wide.u_num, 1e-12);
+  EXPECT_EQ(wide.resolutions.at(0).code, VerificationVerdict::not_demanded);
+  EXPECT_EQ(run(bound(1.292)).scenes.at(0).comparison, VerificationVerdict::bad);
+}
+
+TEST_F(VerificationReport, RefinementsRunBesideOneAnotherAndAddUp) {
+  std::string text = scene(kAngle);
+  const std::string more =
+      ", gravity: {settings: [['world.gravity_m_per_s2[2]=-9.85'], ['world.gravity_m_per_s2[2]=-9.82'], "
+      "['world.gravity_m_per_s2[2]=-9.81']], sizes: [4, 2, 1]}}";
+  text.replace(text.find("formal_order: 4}}") + 16, 1, more);
+  const VerifiedScene s = run(text).scenes.at(0);
+  ASSERT_EQ(s.resolutions.size(), 2U);
+  EXPECT_EQ(s.resolutions[1].runs.size(), 3U);
+  EXPECT_EQ(s.resolutions[1].runs[0].point.value, s.result);
+  EXPECT_EQ(s.resolutions[1].runs[0].setting, "world.gravity_m_per_s2[2]=-9.81");
+  EXPECT_EQ(s.resolutions[1].convergence.state, GridState::monotone);
+  EXPECT_DOUBLE_EQ(s.u_num, std::hypot(s.resolutions[0].u_num, s.resolutions[1].u_num));
+  text.replace(text.find(", sizes: [4, 2, 1]"), 18, "");
+  EXPECT_THAT(refusal(text), HasSubstr("resolutions.gravity.sizes"));
+}
+
+TEST_F(VerificationReport, ASceneWithoutRefinementsIsASingleRun) {
+  std::string text = scene(kAngle);
+  text.erase(text.find("    resolutions"));
+  const VerifiedScene s = run(text + "    verdict: {tolerance: 0.001}\n").scenes.at(0);
+  EXPECT_TRUE(s.good()) << s.comparison_sentence;
+  EXPECT_EQ(s.u_num, 0.0);
+}
+
+// Scenes of takt's own report that take a second or two; the whole of it is a command (docs/verification.md).
+TEST(VerificationOfTakt, ShortScenesAreGood) {
+  const VerificationPlan plan =
+      read_verification_plan(std::string(TAKT_CONFIG_DIR) + "/verification/takt.yaml");
+  VerificationOptions options;
+  options.digest = [](const std::filesystem::path&) { return std::string(); };
+  options.scenes = {"pendulum, rk4",   "robot r3", "flat punch", "press fit", "thesis table 5.1, level 1",
+                    "thesis table 5.3"};
+  const Verification done = verify(plan, options);
+  EXPECT_EQ(done.scenes.size(), options.scenes.size());
+  std::ostringstream words;
+  print_verification(words, done);
+  EXPECT_TRUE(done.good()) << words.str();
+  options.scenes = {"no such scene"};
+  try {
+    verify(plan, options);
+    ADD_FAILURE() << "an unknown scene is accepted";
+  } catch (const ScenarioError& error) {
+    EXPECT_THAT(error.what(),
+                testing::AllOf(HasSubstr("--scene: found 'no such scene'; allowed: a scene of "),
+                               HasSubstr("rolling ball")));
+  }
+}
+
 TEST_F(VerificationReport, PageAndJsonSayTheSame) {
   const Verification done = run(scene(kAngle + 1e-3));
   const nlohmann::ordered_json report = verification_json(done);
   EXPECT_EQ(report["verdict"], "bad");
-  EXPECT_EQ(report["scenes"][0]["solution_verification"]["runs"].size(), 3U);
+  EXPECT_EQ(report["scenes"][0]["resolutions"][0]["runs"].size(), 3U);
   std::ostringstream page;
   write_verification_page(page, report);
   EXPECT_THAT(page.str(), HasSubstr("<span class=\"failed\">bad</span>"));

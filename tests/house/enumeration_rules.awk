@@ -17,7 +17,7 @@ FILENAME ~ /takt_enumerations\.idl$/ {
     word = substr(rest, RSTART + 1, RLENGTH - 2)
     before = substr(rest, 1, RSTART - 1)
     rest = substr(rest, RSTART + RLENGTH)
-    if (!(word in words)) continue
+    if (!(word in words) || before ~ /typeof [^'"]*$/) continue  # typeof has words of its own
     if ((before ~ /[=!]==? *$/ || rest ~ /^ *[=!]=/) && words[word] != " ComponentType") found = word
     n = split(words[word], of, " ")
     for (i = 1; i <= n; ++i)

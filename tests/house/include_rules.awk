@@ -79,7 +79,7 @@ BEGIN {
               "server/simulation/model/cell_description.h"
   may["server/messages/"] = plant described " server/runtime/requests/ server/runtime/loop/loop_output.h server/messages/ GENERATED"
   may["server/dds/"] = plant described " server/simulation/model/command.h server/runtime/ server/messages/ server/dds/ idl/transport/ idl/ GENERATED"
-  may["server/headless/"] = scenario " server/messages/ server/headless/ client_lib/controller/ client_lib/render/ client_lib/recording/ GENERATED"
+  may["server/headless/"] = scenario " server/messages/ server/headless/ idl/lua/ client_lib/controller/ client_lib/render/ client_lib/recording/ GENERATED"
   may["server/fmu_export/"] = "server/fmu/fmu_archive.h server/fmu_export/ " may["server/headless/"]
   may["server/server_main.cpp"] = "plant_models/ server/ idl/"
   may["server/tools/"] = "server/fmu/ server/fmu_export/ server/runtime/ server/tools/ idl/command_line/ " may["server/headless/"]
@@ -125,7 +125,7 @@ BEGIN {
   library("OpenSSL", "openssl/", "server/fmu/ idl/transport/", "server/", 1)
   library("utf8cpp", "utf8cpp/", "idl/common/", "", 0)
   library("yaml-cpp", "yaml-cpp/", "server/fields/ server/scenario/ server/fmu_export/ client_lib/recording/ tests/", "", 0)
-  library("Lua", "lua.h lua.hpp lauxlib.h lualib.h", "idl/lua/ client_lib/controller/ server/devices/ tests/", "", 0)
+  library("Lua", "lua.h lua.hpp lauxlib.h lualib.h", "idl/lua/ client_lib/controller/ server/devices/ server/headless/ tests/", "", 0)
   library("libpng", "png.h", "client_lib/render/ tests/", "", 0)
   library("CLI11", "CLI/", "server/server_main.cpp server/tools/ idl/command_line/ client_lib/tools/ client_lib/examples/ config/ tests/", "", 0)
   library("pybind11", "pybind11/", "client_lib/python/", "", 0)

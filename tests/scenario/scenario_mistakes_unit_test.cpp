@@ -277,10 +277,24 @@ TEST(ScenarioMistakes, MistakesOnTheCommandLineAreNamed) {
       HasSubstr("--set name.first=x: 'name' is not a mapping; allowed: the keys of the scenario file"));
   EXPECT_THAT(mistake_in(one_part("pose: {position_m: [0, 0, 0]}"), {"parts.A.pose.position_m.3=1"}),
               HasSubstr("found '3'; allowed: an element of the list, 0 to 2"));
+  const std::string posed = one_part("pose: {position_m: [0, 0, 0]}");
+  EXPECT_THAT(mistake_in(posed, {"parts.A.pose.position_m[3]=1"}),
+              HasSubstr("found '3'; allowed: an element of the list, 0 to 2"));
+  EXPECT_THAT(mistake_in(posed, {"parts.A.pose.position_m[z]=1"}),
+              HasSubstr("found '[z]'; allowed: the number of an element in brackets, e.g. position_m[2]"));
+  EXPECT_THAT(mistake_in(posed, {"parts.A.pose.position_m[2]=up"}),
+              HasSubstr("--set: parts.A.pose.position_m"));
+  EXPECT_THAT(
+      mistake_in(text, {"parts.A.pose.position_m[2]=1"}),
+      HasSubstr("found no list 'position_m' in the scenario; allowed: an element of a list that it has, "
+                "or the whole list, --set 'parts.A.pose.position_m=[...]'"));
   // A section replaced as a whole is the command line's, with all its keys; other sections are not.
   EXPECT_THAT(mistake_in(text, {"parts.A={mesh: a.obj, mass_kg: -1, hierarchy: 2}"}),
               HasSubstr("--set: parts.A.mass_kg: found -1"));
   EXPECT_THAT(mistake_in(one_part("mesh_scale: 0"), {"parts.A.mass_kg=2"}), HasSubstr("cell.yaml:4:"));
+  const Scenario moved =
+      scenario_of(posed, {"parts.A.pose.position_m[2]=0.5", "parts.A.pose.position_m.0=2"});
+  EXPECT_EQ(moved.parts.at(0).X_WB.p, Vec3(2.0, 0.0, 0.5));
   // Null has no keys yet: they are created.
   EXPECT_EQ(scenario_of("world:\n", {"world.temperature_degC=30"}).temperature_degC, 30.0);
 }

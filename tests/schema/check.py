@@ -45,12 +45,14 @@ Loader.add_implicit_resolver("tag:yaml.org,2002:float", re.compile(r"^[-+]?(\d+\
 def override(root, text):
     """As --set does."""
     key, _, value = text.partition("=")
-    *path, last = key.split(".")
+    *path, last = re.sub(r"\[(\w+)\]", r".\1", key).split(".")
     for name in path:
-        if root.get(name) is None:
+        if isinstance(root, list):
+            name = int(name)
+        elif root.get(name) is None:
             root[name] = {}
         root = root[name]
-    root[last] = yaml.load(value, Loader)
+    root[int(last) if isinstance(root, list) else last] = yaml.load(value, Loader)
 
 
 def main(schema_file, scenarios, programs):
@@ -83,7 +85,7 @@ def main(schema_file, scenarios, programs):
                 root = yaml.load(file.read_text(), Loader)
                 for text in file.with_suffix(".set").read_text().splitlines():
                     override(root, text)
-            except (yaml.YAMLError, AttributeError, TypeError):
+            except (yaml.YAMLError, AttributeError, TypeError, ValueError, IndexError):
                 continue  # no tree to look at
             found = mistakes(root)
             if not error:

@@ -2,6 +2,7 @@
 // takt-make-meshes --large OUTDIR: the meshes that are too large to be committed.
 // takt-make-meshes --cells OUTDIR [--set NAME=VALUE]...: those of the chainsaw, rotor, furnace and screw cells (too
 // large as well), with other parameters (clearances, interference, chamfers, element sizes).
+// takt-make-meshes --families OUTDIR: shapes from coarse to fine, for verification reports.
 // takt-make-meshes --parameters: their names, defaults, and the values allowed.
 #include <cstdio>
 #include <exception>
@@ -16,6 +17,7 @@
 #include "config/meshes/generator/chainsaw_meshes.h"
 #include "config/meshes/generator/contact_meshes.h"
 #include "config/meshes/generator/lattice_mesh.h"
+#include "config/meshes/generator/mesh_families.h"
 #include "config/meshes/generator/mesh_parameters.h"
 #include "config/meshes/generator/rotor_meshes.h"
 
@@ -127,12 +129,13 @@ int main(int argc, char** argv) {
     usable = usable && words[0] == "--cells" && words[i] == "--set" && i + 1 < words.size();
     if (usable) settings.push_back(words[i + 1]);
   }
-  const bool named = words.size() > 1 && (words[0] == "--large" || words[0] == "--cells");
+  const bool named =
+      words.size() > 1 && (words[0] == "--large" || words[0] == "--cells" || words[0] == "--families");
   const bool listed = words.size() == 1 && words[0] == "--parameters";
   usable = usable &&
            (named ? !words[1].starts_with('-') : words.size() == 1 && (listed || !words[0].starts_with('-')));
   if (!usable) {
-    std::cerr << "usage: takt-make-meshes [--large] OUTDIR\n"
+    std::cerr << "usage: takt-make-meshes [--large | --families] OUTDIR\n"
                  "       takt-make-meshes --cells OUTDIR [--set NAME=VALUE]...\n"
                  "       takt-make-meshes --parameters\n";
     return 2;
@@ -142,6 +145,8 @@ int main(int argc, char** argv) {
       takt::meshes::list_parameters(std::cout, {});
     } else if (words[0] == "--large") {
       takt::meshes::make_large_contact_meshes(words[1]);
+    } else if (words[0] == "--families") {
+      takt::meshes::make_mesh_families(words[1]);
     } else if (words[0] == "--cells") {
       make_cells(words[1], settings);
     } else {

@@ -9,7 +9,7 @@ void write_solids(const std::filesystem::path& directory, const std::string& nam
                   const std::vector<Solid>& solids) {
   const std::filesystem::path file = directory / (name + ".obj");
   std::ofstream out(file, std::ios::binary);
-  write_obj(out, {"Made by: takt-make-meshes --cells OUTDIR. Metres, z up.", what}, solids);
+  write_obj(out, {"Made by: takt-make-meshes. Metres, z up.", what}, solids);
   out.close();
   if (!out) throw std::runtime_error("cannot write " + file.string());
 }

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <iostream>
 #include <memory>
+#include <set>
 #include <thread>
 
 #include "idl/command_line/numbers.h"
@@ -18,6 +19,8 @@
 #include "server/headless/picture.h"
 #include "server/headless/progress.h"
 #include "server/headless/report.h"
+#include "server/headless/run_summary.h"
+#include "server/headless/study.h"
 #include "server/messages/status_messages.h"
 #include "server/runtime/loop/worker_pool.h"
 #include "server/runtime/requests/event.h"
@@ -94,12 +97,12 @@ int run(const RunArguments& a) {
   options.duration_s = a.duration_s.value_or(scenario.duration_s);
   options.program = a.program.empty() ? scenario.controller_program : std::filesystem::path(a.program);
   options.stage_times = a.stage_times;
-  options.run_metrics = a.json || !a.report.empty() || !a.html.empty();
+  options.run_metrics = !a.quiet || a.json || !a.report.empty() || !a.html.empty();
   if (!(options.duration_s > 0.0))
     throw ScenarioError("--duration: found " + exact_text(options.duration_s) +
                         "; allowed: a number > 0 s, here or as duration_s in " + a.scenario.file);
   if (a.tolerance && !solver_has_error_control(scenario.initial_solver()))
-    std::cerr << "takt-run: note: --tolerance has no effect on " << scenario.initial_solver()
+    std::cerr << kNoteOfRun << "--tolerance has no effect on " << scenario.initial_solver()
               << ", which has a fixed step\n";
 
   std::optional<Progress> progress(std::in_place, a.quiet);
@@ -109,7 +112,9 @@ int run(const RunArguments& a) {
                  [&](const std::string& component, double part) { progress->at_import(component, part); },
                  fmus.get(), command_line::package_folders(a.scenario.packages)});
   progress.reset();
-  for (const ImportNote& note : cell->import_notes) std::cerr << "takt-run: note: " << note.sentence << '\n';
+  std::set<std::string> notes;
+  for (const ImportNote& note : cell->import_notes)
+    if (notes.insert(note.sentence).second) std::cerr << kNoteOfRun << note.sentence << '\n';
   std::optional<WorkerPool> pool;  // outlives the simulation
   Simulation simulation(cell);
   if (a.threads > 1) simulation.set_executor(&pool.emplace(a.threads));

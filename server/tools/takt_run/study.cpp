@@ -10,6 +10,7 @@
 #include <tuple>
 
 #include "idl/command_line/numbers.h"
+#include "idl/common/text.h"
 #include "server/tools/takt_run/commands.h"
 
 namespace takt::tool {
@@ -24,14 +25,18 @@ struct StudyArguments {
 };
 
 int study(const StudyArguments& a) {
-  read_scenario(a.scenario.file, a.scenario.options);  // an error is reported once, not by every run
   StudyOptions options;
   options.executable = std::filesystem::read_symlink("/proc/self/exe");
   options.scenario = a.scenario.file;
   options.table = a.table;
   options.plot = a.plot;
   options.jobs = a.jobs;
-  for (const std::string& text : a.vary) options.keys.push_back(parse_varied_key(text));
+  ScenarioOptions first = a.scenario.options;
+  for (const std::string& text : a.vary) {
+    const VariedKey& key = options.keys.emplace_back(parse_varied_key(text));
+    first.overrides.push_back(key.key + "=" + exact_text(key.value(0)));
+  }
+  read_scenario(a.scenario.file, first);  // an error is reported once, and leaves no directory of runs
   const auto pass = [&](const char* option, const std::string& value) {
     if (!value.empty()) options.arguments.insert(options.arguments.end(), {option, value});
   };

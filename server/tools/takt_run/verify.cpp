@@ -18,7 +18,7 @@ namespace {
 
 struct VerifyArguments {
   std::string plan, directory, allowed_fmus;
-  std::vector<std::string> packages;
+  std::vector<std::string> packages, scenes;
   bool json = false, quiet = false;
 };
 
@@ -27,6 +27,7 @@ int verify(const VerifyArguments& a) {
   const auto fmus = fmu_library(a.allowed_fmus);
   VerificationOptions options;
   options.version = takt_build_info();
+  options.scenes = a.scenes;
   options.import.cache_directory = user_cache_directory();
   options.import.fmus = fmus.get();
   options.import.packages = command_line::package_folders(a.packages);
@@ -56,6 +57,7 @@ void declare_verify(CLI::App& app, int& result) {
   auto* command = app.add_subcommand("verify", "verify and validate scenes of a plan, and report");
   command->add_option("PLAN", a->plan, "plan of the report (YAML)")->required();
   command->add_option("-o,--output", a->directory, "directory for verification.json and verification.html");
+  add_repeatable(*command, "--scene", a->scenes, "NAME", "run this scene of the plan alone");
   command->add_flag("--json", a->json, "print the report as JSON in place of words");
   add_allowed_fmus(*command, a->allowed_fmus);
   add_packages(*command, a->packages);

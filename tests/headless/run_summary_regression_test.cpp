@@ -1,0 +1,96 @@
+// The summary of a run: the same numbers for a person and in the report, in columns apart.
+#include "server/headless/run_summary.h"
+
+#include <gmock/gmock.h>
+
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "server/headless/report.h"
+#include "server/scenario/scenario_builder.h"
+#include "tests/support/child_process.h"
+
+namespace takt {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+struct Summarised {
+  Json report;
+  std::string words;
+};
+
+Summarised run(const std::string& scenario_file, ScenarioOptions options, double duration_s) {
+  const Scenario scenario = read_scenario(TAKT_CONFIG_DIR "/scenarios/" + scenario_file, options);
+  const auto cell = build_cell(scenario);
+  Simulation simulation(cell);
+  HeadlessOptions headless;
+  headless.duration_s = duration_s;
+  headless.program = scenario.controller_program;
+  headless.run_metrics = true;
+  const HeadlessResult result = run_headless(simulation, scenario, headless);
+  const RunInfo info{scenario.initial_solver(), cell->description.level_of_detail, Pace::free, {}, {}};
+  std::ostringstream words;
+  print_summary(words, scenario, cell->description, result);
+  return {Json::parse(report_json(scenario, cell->description, info, result)), words.str()};
+}
+
+TEST(RunSummary, ASlidingSlabEndsWhereFrictionHasTakenItsEnergy) {
+  const Summarised done = run("contact/sliding_block.yaml", {}, 0.6);
+  const Json& part = done.report["summary"]["parts"].at(0);
+  EXPECT_EQ(part["name"], "Slab");
+  EXPECT_EQ(part["held_by"], "Plate");
+  EXPECT_NEAR(part["position"]["x"].get<double>(), -0.2 + 1.0 / (2.0 * 0.3 * 9.80665), 0.0005);
+  const Json& force = done.report["summary"]["largest_contact_force"];
+  EXPECT_NEAR(force["normal_force"].get<double>(), 0.2 * 9.80665, 0.02);
+  EXPECT_TRUE(done.report["summary"]["cycle_time"].is_null());
+  EXPECT_THAT(done.words, HasSubstr("Largest contact force 1.96"));
+  EXPECT_THAT(done.words,
+              HasSubstr("\nPart      x (m)     y (m)     z (m)  error (mm)  held by\nSlab  -0.03"));
+  EXPECT_THAT(done.words, HasSubstr("No event of severity warning or error\n"));
+  EXPECT_THAT(done.words, Not(HasSubstr("largest load")));  // no robot, no gripper
+}
+
+TEST(RunSummary, RobotsAndGrippersHaveTheirLargestLoads) {
+  ScenarioOptions options;
+  options.level_of_detail = 2;
+  const Summarised done = run("block_assembly.yaml", options, 8.0);
+  const Json& margins = done.report["run_metrics"]["margins"];
+  std::size_t robots = 0, grippers = 0;
+  for (const Json& load : done.report["summary"]["loads"]) {
+    const std::string of = load["of"];
+    if (!of.starts_with("Robot")) {
+      EXPECT_TRUE(of.starts_with("Gripper"));
+      ++grippers;
+      continue;
+    }
+    ++robots;
+    // Of all torques of this robot the one nearest to its limit.
+    double most = 0.0;
+    for (const Json& margin : margins) {
+      const std::string name = margin["of"];
+      if (name.starts_with(of.substr(0, 6)) && name.ends_with(" torque"))
+        most = std::max(most, margin["use"].get<double>());
+    }
+    EXPECT_EQ(load["use"].get<double>(), most) << of;
+  }
+  EXPECT_EQ(robots, 2U);
+  EXPECT_EQ(grippers, 2U);
+  EXPECT_THAT(done.words, HasSubstr("\nCycle time "));
+  EXPECT_THAT(done.words, HasSubstr("\nlargest load  "));
+}
+
+TEST(RunSummary, WarningsAreThoseOfTheServersEvents) {
+  const Summarised done = run("weak_grip.yaml", {}, 9.0);
+  const Json& warnings = done.report["warnings"];
+  ASSERT_FALSE(warnings.empty());
+  EXPECT_EQ(warnings[0]["code"], "weak_grip");
+  EXPECT_EQ(warnings[0]["severity"], "warning");
+  EXPECT_THAT(done.words, HasSubstr("\n1 event of severity warning or error:\n"));
+  EXPECT_THAT(done.words, HasSubstr(warnings[0]["message"].get<std::string>()));
+}
+
+}  // namespace
+}  // namespace takt
