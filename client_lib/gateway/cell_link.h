@@ -45,7 +45,7 @@ class CellLink {
   std::shared_ptr<const State> state() const { return states_.get(); }
   CommandSender& sender() { return sender_; }
   /// For the status of the cell; at any rate.
-  void report(PeerStatus peer) { reporter_.set(std::move(peer)); }
+  void show(PeerStatus peer) { reporter_.set(std::move(peer)); }
   /// Of the set-points: at least one step of the cell.
   double period_s() const { return options_.period_s; }
 

@@ -57,9 +57,8 @@ RosEndpoint::RosEndpoint(Participant& participant, const std::string& name, cons
                          const MessageInfo& response, OnRequest on_request, std::function<void()> on_match)
     : on_request_(std::move(on_request)), on_match_(std::move(on_match)) {
   constexpr QosPolicy policy = qos_of(TopicQos::control);
-  dds::DataWriterQos replies = writer_qos(participant.default_writer_qos(), policy);
-  beat_on_assertion(replies);
-  writer_ = participant.create_bytes_writer("rr/" + name + "Reply", response, replies, this);
+  writer_ = participant.create_bytes_writer("rr/" + name + "Reply", response,
+                                            writer_qos(participant.default_writer_qos(), policy), this);
   reader_ = participant.create_bytes_reader(
       "rq/" + name + "Request", request, service_reader_qos(participant.default_reader_qos(), policy), this);
 }
@@ -71,20 +70,13 @@ void RosEndpoint::remove(Participant& participant) {
 
 bool RosEndpoint::reaches(const Caller& caller) {
   const DdsGuid& wanted = caller.identity.writer_guid();
-  const auto of_caller = [&](const DdsGuid& guid) { return guid.guidPrefix == wanted.guidPrefix; };
   const std::lock_guard lock(mutex_);
-  if (readers_.contains(wanted)) return true;
-  const auto readers = std::count_if(readers_.begin(), readers_.end(), of_caller);
-  return readers > 0 && readers >= std::count_if(writers_.begin(), writers_.end(), of_caller);
+  return std::any_of(readers_.begin(), readers_.end(), [&](const DdsGuid& reader) {
+    return reader == wanted || reader.guidPrefix == wanted.guidPrefix;
+  });
 }
 
 void RosEndpoint::write(const Caller& caller, std::string sample) {
-  bool heartbeat = false;
-  if (caller.header) {
-    const std::lock_guard lock(mutex_);
-    heartbeat = std::exchange(heartbeat_due_, false);
-  }
-  if (heartbeat) (void)writer_->assert_liveliness();
   if (caller.header) sample = with_header(*caller.header, sample);
   rtps::WriteParams params;
   params.related_sample_identity(caller.identity);
@@ -113,23 +105,12 @@ void RosEndpoint::on_data_available(dds::DataReader* reader) {
   }
 }
 
-void RosEndpoint::on_subscription_matched(dds::DataReader*, const dds::SubscriptionMatchedStatus& status) {
-  const DdsGuid writer = guid_of(status.last_publication_handle);
-  const std::lock_guard lock(mutex_);
-  if (status.current_count_change > 0) {
-    writers_.insert(writer);
-  } else {
-    writers_.erase(writer);
-  }
-}
-
 void RosEndpoint::on_publication_matched(dds::DataWriter*, const dds::PublicationMatchedStatus& status) {
   const DdsGuid reader = guid_of(status.last_subscription_handle);
   {
     const std::lock_guard lock(mutex_);
     if (status.current_count_change > 0) {
       readers_.insert(reader);
-      heartbeat_due_ = heartbeat_due_ || is_cyclone(reader);
     } else {
       readers_.erase(reader);
     }

@@ -7,9 +7,6 @@
 //   byte order of the message); the reply repeats them. The vendor of the caller's participant, which its GUID begins
 //   with, distinguishes the two.
 //
-// A reply must not leave before DDS has matched its caller's reader, nor, for rmw_cyclonedds, ahead of the writer's first
-// heartbeat to that reader: Cyclone DDS drops what a volatile writer has sent before it.
-//
 // Every reply reaches all readers. A caller of the one kind drops what is meant for the other: by the identity, or by 16
 // bytes that are not its own. Callers count readers and writers, so that each topic has exactly one.
 #include <cstdint>
@@ -45,8 +42,7 @@ class RosEndpoint final : public dds::DataReaderListener, public dds::DataWriter
 
   /// Removes reader and writer.
   void remove(Participant& participant);
-  /// DDS may discover a caller's reader of replies after its request; a reply before that is lost. Where the request does
-  /// not name the reader: a client has one writer and one reader, so that its participant has as many of both.
+  /// DDS may discover a caller's reader of replies after its request; a reply before that is lost.
   bool reaches(const Caller& caller);
   /// `sample`: the response as plain CDR. A reply that DDS refuses is lost; the caller's time-out reports it.
   void write(const Caller& caller, std::string sample);
@@ -54,14 +50,12 @@ class RosEndpoint final : public dds::DataReaderListener, public dds::DataWriter
 
  private:
   void on_data_available(dds::DataReader* reader) override;
-  void on_subscription_matched(dds::DataReader*, const dds::SubscriptionMatchedStatus& status) override;
   void on_publication_matched(dds::DataWriter*, const dds::PublicationMatchedStatus& status) override;
 
   const OnRequest on_request_;
   const std::function<void()> on_match_;
   std::mutex mutex_;
-  std::set<DdsGuid> readers_, writers_;  // of callers; guarded by mutex_, as the next one
-  bool heartbeat_due_ = false;           ///< a reader of Cyclone DDS may not have one yet
+  std::set<DdsGuid> readers_;  // guarded by mutex_
   dds::DataWriter* writer_ = nullptr;
   dds::DataReader* reader_ = nullptr;
 };

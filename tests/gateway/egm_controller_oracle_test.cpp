@@ -226,6 +226,66 @@ PoseKinematics gantry() {
           }};
 }
 
+std::string correction(std::uint32_t seqno, double x_mm, double y_mm, double z_mm) {
+  Sensor sensor;
+  sensor.header = {seqno, {}, MessageType::path_correction};
+  sensor.path_correction_mm = {x_mm, y_mm, z_mm};
+  return encode(sensor);
+}
+
+/// From (100, 0, 0) along x, then along -y; the tool's z axis points down, so that y of the path points to its left.
+ControllerOptions with_path() {
+  ControllerOptions options;
+  options.guidance = Guidance::path;
+  options.max_speed_deviation_deg_per_s = 1e6;
+  options.path = {{gateway::pose_of_xyzabc({300, 0, 0, 0, 0, 180})},
+                  {gateway::pose_of_xyzabc({300, -100, 0, 0, 0, 180})}};
+  options.path_speed_mm_per_s = 50.0;
+  return options;
+}
+
+TEST(EgmController, APathIsCorrectedAcrossItByTheAxesOfTheManual) {
+  Controller controller(with_path(), 6, gantry());
+  controller.start({100, 0, 0, 0, 0, 180});
+  for (int i = 0; i < 10; ++i) controller.step(kDt, controller.planned());
+  EXPECT_NEAR(controller.planned()[0], 100.0, 1e-9) << "it waits for the sensor";
+  // x of a correction has no effect. On the first line y of the path is x cross tool z = (1,0,0) x (0,0,-1) = (0,1,0), and z is
+  // (1,0,0) x (0,1,0) = (0,0,1).
+  ASSERT_EQ(controller.receive(correction(1, 7.0, 5.0, -2.0)), Taken::applied);
+  for (std::uint32_t i = 1; i <= 500; ++i) {
+    controller.receive(correction(i + 1, 7.0, 5.0, -2.0));
+    controller.step(kDt, controller.planned());
+    const double led = 1.0 - std::exp(-20.0 * kDt * i);
+    EXPECT_NEAR(controller.planned()[0], 100.0 + 50.0 * kDt * i, 1e-6) << i;
+    EXPECT_NEAR(controller.planned()[1], 5.0 * led, 1e-6) << i;
+    EXPECT_NEAR(controller.planned()[2], -2.0 * led, 1e-6) << i;
+  }
+  // On the second line, along -y, y of the path is (0,-1,0) x (0,0,-1) = (1,0,0).
+  EXPECT_FALSE(controller.converged());
+  for (std::uint32_t i = 1; i <= 1300; ++i) {
+    controller.receive(correction(501 + i, 0.0, 3.0, 0.0));
+    controller.step(kDt, controller.planned());
+  }
+  EXPECT_NEAR(controller.planned()[0], 303.0, 1e-6);
+  EXPECT_NEAR(controller.planned()[1], -100.0, 1e-6);
+  EXPECT_NEAR(controller.planned()[2], 0.0, 1e-6);
+  EXPECT_TRUE(controller.converged()) << "the fine point at the end";
+}
+
+TEST(EgmController, APathTakesPathCorrectionsAloneAndNeedsATransverseTool) {
+  Controller controller(with_path(), 6, gantry());
+  controller.start({100, 0, 0, 0, 0, 180});
+  EXPECT_EQ(controller.receive(reference(1, kHome)), Taken::invalid);
+  EXPECT_THAT(controller.fault(), HasSubstr("41826"));
+  EXPECT_THAT(controller.fault(), HasSubstr("runs EGMActMove"));
+  Cell joints;
+  EXPECT_EQ(joints.controller.receive(correction(1, 0, 1, 0)), Taken::invalid);
+  EXPECT_THAT(joints.controller.fault(), HasSubstr("a path correction; this controller runs EGMActJoint"));
+  // B = 90: z of the tool along x.
+  EXPECT_THROW(controller.start({100, 0, 0, 0, 90, 0}), std::invalid_argument);
+  EXPECT_THROW(controller.start({300, 0, 0, 0, 0, 180}), std::invalid_argument);
+}
+
 TEST(EgmController, PoseGuidanceLeadsPositionAndRotationByTheSameLaw) {
   Controller controller({.guidance = Guidance::pose, .max_speed_deviation_deg_per_s = 1e6}, 6, gantry());
   controller.start({100, 0, 0, 0, 0, 0});

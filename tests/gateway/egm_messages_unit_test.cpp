@@ -146,12 +146,25 @@ TEST(EgmMessages, AMessageCutAtAnyByteIsNoneOrHasNothingThatIsNotInIt) {
   }
 }
 
+/// Made by protoc --encode with the egm.proto of abb_libegm: EgmSensorPathCorr, seqno 7, mtype 4, pos (0, 5, -2.5), age 1.
+TEST(EgmMessages, APathCorrectionIsThatOfAbbsDescriptor) {
+  const std::string golden =
+      bytes_of_hex("0a0408071804121f0a1b0900000000000000001100000000000014401900000000000004c01001");
+  const auto read = decode_sensor(golden);
+  ASSERT_TRUE(read.message) << read.fault;
+  EXPECT_EQ(read.message->header.seqno, 7U);
+  EXPECT_EQ(read.message->path_correction_mm, (std::array<double, 3>{0.0, 5.0, -2.5}));
+  for (std::size_t length = 0; length + 1 < golden.size(); ++length)
+    EXPECT_FALSE(decode_sensor(golden.substr(0, length)).message) << length;
+}
+
 TEST(EgmMessages, InvalidMessagesAreRefusedWithTheReason) {
   Sensor sensor;
   sensor.planned = golden_motion();
   EXPECT_TRUE(decode_sensor(encode(sensor)).message);
   sensor.header.type = MessageType::path_correction;
-  EXPECT_THAT(decode_sensor(encode(sensor)).fault, HasSubstr("path corrections"));
+  EXPECT_THAT(decode_sensor(encode(sensor)).fault,
+              HasSubstr("pathCorr.pos: found no whole vector; allowed: x, y, z"));
   sensor.header.type = MessageType::data;
   EXPECT_THAT(decode_sensor(encode(sensor)).fault, HasSubstr("mtype: found 2; allowed: 3"));
   EXPECT_THAT(decode_robot(kGoldenEgmSensor).fault, HasSubstr("mtype: found 3; allowed: 2"));

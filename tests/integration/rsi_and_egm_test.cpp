@@ -9,6 +9,9 @@
 #include <sstream>
 #include <string>
 
+#include "client_lib/kinematics/arm.h"
+#include "idl/common/eigen_messages.h"
+#include "idl/common/text.h"
 #include "tests/support/gateway_cell.h"
 
 namespace takt::test::rsi_and_egm {
@@ -26,6 +29,7 @@ const std::string kEgmStart =
     "34.7269719628792,-64.84736325290658,-122.06292867467057,-83.09033944987198,90.00021045914971,"
     "-55.273238496270515";
 
+const std::string kPrograms = std::string(TAKT_SOURCE_DIR) + "/tests/support/programs/";
 using Cell = GatewayCell;
 
 nlohmann::json result_of(const ChildProcess& peer) {
@@ -301,6 +305,33 @@ TEST(EgmOverUdp, RadiansAndCutMessagesAreFound) {
       EXPECT_NEAR(cell.axis1_deg(), start, 1e-9) << fault;
     }
   }
+}
+
+TEST(EgmOverUdp, AProgrammedPathIsCorrectedAcrossIt) {
+  Cell cell(kBlockScenario);
+  const auto info = cell.client().cell();
+  const Arm arm(*info, "Robot1");
+  const Pose X_RW = pose_of(info->robots.at(0).base).inverse();
+  const auto flange = [&] {
+    return X_RW * arm.forward_kinematics(cell.client().state().robot("Robot1").position);
+  };
+  // 40 mm along x of the flange: y of the path is x cross z of the flange, which is -y, and z of the path is -z.
+  const Pose start = flange();
+  const Vec3 end = start.p + 0.04 * start.R.col(0);
+  const Quat q = start.quaternion();
+  const std::vector<double> place{end.x(), end.y(), end.z()}, turn{q.x(), q.y(), q.z(), q.w()};
+  const std::string mapping =
+      kEgmController + "guidance: path\npath: {speed_mm_per_s: 50, points: [{pose: {position_m: [" +
+      join(place, ", ", exact_text) + "], quaternion_xyzw: [" + join(turn, ", ", exact_text) + "]}}]}\n";
+  ChildProcess peer(Cell::peer("egm_client.py", {"--messages", "500", "--path", "3,-2"}));
+  ASSERT_TRUE(peer.wait_for_output("ready")) << peer.text;
+  ChildProcess gateway(cell.gateway("egm", mapping, {"--lockstep", "--start", "--until", "2.0"}));
+  EXPECT_EQ(gateway.wait(), 0) << gateway.text;
+  EXPECT_EQ(peer.wait(), 0) << peer.text;
+  EXPECT_EQ(result_of(peer)["converged"], true);
+  const Vec3 expected = end - 0.003 * start.R.col(1) + 0.002 * start.R.col(2);
+  EXPECT_LT((flange().p - expected).norm(), 1e-6);
+  EXPECT_LT((flange().R - start.R).norm(), 1e-6);
 }
 
 TEST(EgmOverUdp, ASensorThatFallsSilentEndsTheSession) {

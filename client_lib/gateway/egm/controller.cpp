@@ -42,15 +42,18 @@ EgmPose egm_pose_of(const Pose& X) {
 
 Controller::Controller(const ControllerOptions& options, std::size_t joint_count, PoseKinematics kinematics)
     : options_(options), count_(joint_count), kinematics_(std::move(kinematics)) {
-  if (options_.guidance == Guidance::pose && (!kinematics_.forward || !kinematics_.inverse))
-    throw std::invalid_argument("Pose guidance needs a robot of six joints or more.");
+  if (options_.guidance != Guidance::joint && (!kinematics_.forward || !kinematics_.inverse))
+    throw std::invalid_argument("Guidance of the pose or along a path needs a robot of six joints or more.");
 }
 
 void Controller::start(const std::vector<double>& joints) {
   planned_ = start_ = reference_ = joints;
   speed_.assign(count_, 0.0);
   filtered_ = speed_reference_ = speed_;
-  if (options_.guidance == Guidance::pose) planned_pose_ = reference_pose_ = kinematics_.forward(joints);
+  if (options_.guidance != Guidance::joint) planned_pose_ = reference_pose_ = kinematics_.forward(joints);
+  if (options_.guidance == Guidance::path) path_.emplace(planned_pose_, options_.path);
+  along_m_ = 0.0;
+  correction_m_ = wanted_correction_m_ = Vec3::Zero();
   pose_speed_ = {};
   has_reference_ = converged_ = heard_ = false;
   silent_s_ = running_s_ = within_s_ = 0.0;
@@ -91,6 +94,17 @@ Taken Controller::receive(std::string_view bytes) {
 }
 
 bool Controller::take(const Sensor& sensor) {
+  if (sensor.path_correction_mm.has_value() != (options_.guidance == Guidance::path)) {
+    fault_ = std::string("41826: the message is one of another mode, ") +
+             (sensor.path_correction_mm ? "a path correction; this controller runs EGMActJoint or EGMActPose"
+                                        : "no path correction; this controller runs EGMActMove");
+    return false;
+  }
+  if (sensor.path_correction_mm) {
+    const auto& correction = *sensor.path_correction_mm;
+    wanted_correction_m_ = Vec3(0.0, correction[1], correction[2]) * 1e-3;
+    return true;
+  }
   static const Motion kNothing;
   const Motion& planned = sensor.planned ? *sensor.planned : kNothing;
   const bool poses = options_.guidance == Guidance::pose;
@@ -141,9 +155,28 @@ bool Controller::take(const Sensor& sensor) {
   return true;
 }
 
+std::vector<double> Controller::speed_to(const Pose& X, double dt_s) {
+  std::vector<double> speed(count_, 0.0);
+  const auto joints = kinematics_.inverse(X, planned_);
+  if (!joints) {
+    fault_ = "The reference is out of reach; the robot holds.";
+    return speed;
+  }
+  for (std::size_t i = 0; i < count_; ++i) speed[i] = ((*joints)[i] - planned_[i]) / dt_s;
+  return speed;
+}
+
 std::vector<double> Controller::wanted_speed(double dt_s) {
   const double share = share_of(options_.position_gain_per_s, dt_s);
   std::vector<double> speed(count_, 0.0);
+  if (options_.guidance == Guidance::path) {
+    if (!heard_) return speed;
+    along_m_ = std::min(along_m_ + 1e-3 * options_.path_speed_mm_per_s * dt_s, path_->length_m());
+    correction_m_ += share * (wanted_correction_m_ - correction_m_);
+    has_reference_ = along_m_ == path_->length_m();
+    reference_pose_ = path_->at(along_m_, correction_m_);
+    return speed_to(reference_pose_, dt_s);
+  }
   if (options_.guidance == Guidance::joint) {
     for (std::size_t i = 0; i < count_; ++i) {
       if (has_reference_) speed[i] = share / dt_s * (reference_[i] - planned_[i]);
@@ -160,13 +193,7 @@ std::vector<double> Controller::wanted_speed(double dt_s) {
   }
   if (const double angle = turn.norm(); angle > 0.0)
     next.R = Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix() * planned_pose_.R;
-  const auto joints = kinematics_.inverse(next, planned_);
-  if (!joints) {
-    fault_ = "The reference is out of reach; the robot holds.";
-    return speed;
-  }
-  for (std::size_t i = 0; i < count_; ++i) speed[i] = ((*joints)[i] - planned_[i]) / dt_s;
-  return speed;
+  return speed_to(next, dt_s);
 }
 
 void Controller::step(double dt_s, const std::vector<double>& measured) {
@@ -202,7 +229,7 @@ void Controller::step(double dt_s, const std::vector<double>& measured) {
     planned_[i] = next;
     speed_[i] = (next - before[i]) / dt_s;
   }
-  if (options_.guidance == Guidance::pose) planned_pose_ = kinematics_.forward(planned_);
+  if (options_.guidance != Guidance::joint) planned_pose_ = kinematics_.forward(planned_);
   bool within = has_reference_;
   if (options_.guidance == Guidance::joint) {
     for (std::size_t i = 0; i < count_; ++i)

@@ -1,6 +1,6 @@
 #pragma once
 // The controller's side of EGM: follows the references of a sensor by the control law of position guidance (EGMRunJoint,
-// EGMRunPose). Pure: no clock, no socket.
+// EGMRunPose), or moves along a path that the sensor corrects (EGMMoveL). Pure: no clock, no socket.
 //
 //   speed   = gain * (reference - position) + speed reference      of each axis, low-pass filtered
 //   position <- position + factor * speed * dt                     one factor for all axes: the largest speed is limited
@@ -16,12 +16,13 @@
 #include <vector>
 
 #include "client_lib/gateway/egm/messages.h"
+#include "client_lib/gateway/egm/path.h"
 #include "client_lib/gateway/vendor_units.h"
 
 namespace takt::gateway::egm {
 
-/// EGMActJoint or EGMActPose.
-enum class Guidance { joint, pose };
+/// EGMActJoint, EGMActPose or EGMActMove.
+enum class Guidance { joint, pose, path };
 
 struct ControllerOptions {
   Guidance guidance = Guidance::joint;
@@ -35,6 +36,10 @@ struct ControllerOptions {
          convergence_mm = 1.0;           ///< tolerance of each joint, or of rotation and position
   double condition_time_s = 1.0;         ///< CondTime: so long within it
   std::vector<double> lower{}, upper{};  ///< limits of joints, degrees or mm; empty: none
+  /// Of guidance `path`, from the pose at the start on. The robot moves along it from the sensor's first message on. Corrections
+  /// across it (y, z) are led to by the gain; one along it (x) has no effect.
+  std::vector<PathPoint> path{};
+  double path_speed_mm_per_s = 10.0;
 };
 
 enum class Session {
@@ -63,7 +68,8 @@ class Controller {
   /// kinematics.
   Controller(const ControllerOptions& options, std::size_t joint_count, PoseKinematics kinematics = {});
 
-  /// EGMRun: the reference is the present position; seqno counts from 0.
+  /// EGMRun: the reference is the present position; seqno counts from 0. Throws std::invalid_argument for a path that cannot
+  /// be corrected.
   void start(const std::vector<double>& joints);
 
   /// A message of the sensor. After silence it begins another session, from the present position.
@@ -94,6 +100,7 @@ class Controller {
  private:
   bool take(const Sensor& sensor);
   std::vector<double> wanted_speed(double dt_s);
+  std::vector<double> speed_to(const Pose& X, double dt_s);
 
   const ControllerOptions options_;
   const std::size_t count_;
@@ -102,6 +109,9 @@ class Controller {
   std::vector<double> planned_, speed_, filtered_, start_, reference_, speed_reference_;
   Pose planned_pose_, reference_pose_;
   Twist pose_speed_;  ///< m/s, rad/s
+  std::optional<Path> path_;
+  double along_m_ = 0.0;
+  Vec3 correction_m_ = Vec3::Zero(), wanted_correction_m_ = Vec3::Zero();
   bool has_reference_ = false, converged_ = false;
   double silent_s_ = 0.0, running_s_ = 0.0, within_s_ = 0.0;
   bool heard_ = false;

@@ -172,6 +172,15 @@ std::string encode(const Robot& robot) {
 }
 
 std::string encode(const Sensor& sensor) {
+  if (sensor.path_correction_mm) {
+    wire::SensorPathCorrection wire;
+    fill(*wire.mutable_header(), sensor.header);
+    wire::Cartesian& pos = *wire.mutable_path_correction()->mutable_pos();
+    pos.set_x(finite((*sensor.path_correction_mm)[0]));
+    pos.set_y(finite((*sensor.path_correction_mm)[1]));
+    pos.set_z(finite((*sensor.path_correction_mm)[2]));
+    return wire.SerializeAsString();
+  }
   wire::Sensor wire;
   fill(*wire.mutable_header(), sensor.header);
   if (sensor.planned) fill(*wire.mutable_planned(), *sensor.planned);
@@ -228,12 +237,21 @@ Parsed<Sensor> decode_sensor(std::string_view bytes) {
   Sensor sensor;
   sensor.header = checked.header(wire.has_header(), wire.header());
   if (sensor.header.type == MessageType::path_correction) {
-    parsed.fault =
-        "takt does not support path corrections (EGMActMove); allowed: EGMActJoint and EGMActPose, mtype 3";
+    wire::SensorPathCorrection path;
+    if (!parse(path, bytes, parsed.fault)) return parsed;
+    const wire::Cartesian& pos = path.path_correction().pos();
+    if (!pos.has_x() || !pos.has_y() || !pos.has_z())
+      checked.complain("pathCorr.pos: found no whole vector; allowed: x, y, z");
+    sensor.path_correction_mm = {checked.number(pos.x(), "pathCorr.pos"),
+                                 checked.number(pos.y(), "pathCorr.pos"),
+                                 checked.number(pos.z(), "pathCorr.pos")};
+    parsed.fault = std::move(checked.fault);
+    if (parsed.fault.empty()) parsed.message = std::move(sensor);
     return parsed;
   }
   if (sensor.header.type != MessageType::correction)
-    checked.complain("mtype: found " + std::to_string(wire.header().mtype()) + "; allowed: 3 (correction)");
+    checked.complain("mtype: found " + std::to_string(wire.header().mtype()) +
+                     "; allowed: 3 (correction) or 4 (path correction)");
   if (wire.has_planned()) sensor.planned = checked.motion(wire.planned(), "planned");
   if (wire.has_speed_reference()) {
     sensor.has_speeds = true;

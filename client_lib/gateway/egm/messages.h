@@ -67,6 +67,8 @@ struct Sensor {
   std::vector<double> joint_speeds{}, cartesian_speeds{}, external_speeds{};  ///< speedRef
   bool has_speeds = false;
   std::optional<RapidData> rapid_data{};
+  /// Of a message of type path_correction, which has nothing else: x, y, z in the axes of the path.
+  std::optional<std::array<double, 3>> path_correction_mm{};
 };
 
 template <class Message>
@@ -83,7 +85,7 @@ std::string encode(const Robot& robot);
 std::string encode(const Sensor& sensor);
 
 /// Faults: no protocol buffer, no header, another message type, numbers that are not finite or too many. Unknown fields
-/// are skipped. A path correction is a fault that says so.
+/// are skipped.
 Parsed<Robot> decode_robot(std::string_view bytes);
 Parsed<Sensor> decode_sensor(std::string_view bytes);
 

@@ -3,13 +3,22 @@
 #include "client_lib/gateway/force_sensor.h"
 #include "idl/common/parse.h"
 
+namespace takt {
+
+void describe(Fields& f, gateway::egm::PathPoint& s) {
+  f.pose("pose", s.X_RT, "Pose of the tool in the base frame of the robot.");
+}
+
+}  // namespace takt
+
 namespace takt::tool {
 namespace {
 
 using namespace gateway;
 
 const Choice<EgmRole> kRoles{{{"controller", EgmRole::controller}, {"sensor", EgmRole::sensor}}};
-const Choice<egm::Guidance> kGuidances{{{"joint", egm::Guidance::joint}, {"pose", egm::Guidance::pose}}};
+const Choice<egm::Guidance> kGuidances{
+    {{"joint", egm::Guidance::joint}, {"pose", egm::Guidance::pose}, {"path", egm::Guidance::path}}};
 const Choice<bool> kFollowed{{{"feedback", false}, {"planned", true}}};
 const Choice<int> kRobotWares{{{"6", 6}, {"7", 7}}};
 constexpr const char* kRapidNames = "digital, number1 to number40";
@@ -26,7 +35,15 @@ int rapid_place(const std::string& name) {
 
 void describe_control(Fields& f, egm::ControllerOptions& c) {
   f.field("guidance", c.guidance, kGuidances,
-          "joint (EGMActJoint, EGMRunJoint) or pose (EGMActPose, EGMRunPose).");
+          "joint (EGMActJoint, EGMRunJoint), pose (EGMActPose, EGMRunPose) or path (EGMActMove, EGMMoveL).");
+  f.when("guidance", kGuidances, c.guidance, {egm::Guidance::path}, [&] {
+    f.section("path", "The programmed path, which the sensor corrects.", [&] {
+      f.field("speed_mm_per_s", c.path_speed_mm_per_s, positive("mm/s"), "Speed along the path.");
+      f.list("points", c.path, "Straight lines lead to them, from the pose at the start on.",
+             "a list of {pose: {position_m: [x, y, z], ...}}");
+      f.check(!c.path.empty(), "points", "nothing", "a list of one pose or more");
+    });
+  });
   f.section("control", "The control law of position guidance.", [&] {
     f.field("position_gain_per_s", c.position_gain_per_s, not_negative("1/s"),
             "Speed per difference of position; PosCorrGain is a factor of it. 0: speed references alone. The "
@@ -78,8 +95,8 @@ EgmMapping read_egm_mapping(const std::filesystem::path& file, const CellInfo& c
   });
   f.check(
       m.role == EgmRole::sensor || m.control.guidance == egm::Guidance::joint || m.robot.index.size() >= 6,
-      "guidance", "pose, of a robot with " + std::to_string(m.robot.index.size()) + " joints",
-      "joint; pose needs six joints or more");
+      "guidance", "pose or path, of a robot with " + std::to_string(m.robot.index.size()) + " joints",
+      "joint; pose and path need six joints or more");
   describe_filter(f, m.filter_rad_per_s);
   f.when("role", kRoles, m.role, {EgmRole::sensor}, [&] {
     f.field("follow", m.planned, kFollowed, "The joints to follow: feedback (measured) or planned.");

@@ -68,10 +68,11 @@ class Controller {
   void begin(const State& state) {
     egm_.start(measured(state));
     outputs_.forget();
-    report(options_.name,
-           std::string(m_.control.guidance == egm::Guidance::joint ? "EGMRunJoint" : "EGMRunPose") +
-               ": messages every " + std::to_string(m_.cycle_ms) + " ms to " + sensor_.address + " port " +
-               std::to_string(sensor_.port) + ".");
+    report(options_.name, std::string(m_.control.guidance == egm::Guidance::joint  ? "EGMRunJoint"
+                                      : m_.control.guidance == egm::Guidance::pose ? "EGMRunPose"
+                                                                                   : "EGMMoveL") +
+                              ": messages every " + std::to_string(m_.cycle_ms) + " ms to " +
+                              sensor_.address + " port " + std::to_string(sensor_.port) + ".");
   }
   std::vector<double> measured(const State& state) const {
     return axes_.axes_of(state.robot(axes_.robot()).position);
@@ -242,7 +243,7 @@ class RealtimeEgm : public Controller {
  private:
   void cycle() {
     const auto state = link_->state();
-    link_->report(peer());
+    link_->show(peer());
     if (due(*state)) {
       loop_.stop();
       return;
@@ -348,7 +349,7 @@ class SensorSide {
     if (options_.until_s && link_->state()->time >= *options_.until_s - kTimeTolerance_s) loop_.stop();
     const bool silent = egm_.silent(wall_s());
     if (silent) follower_.silence(link_->sender());
-    link_->report({follower_.peer(), egm_.messages() > 0 && !silent, egm_.messages(), old_});
+    link_->show({follower_.peer(), egm_.messages() > 0 && !silent, egm_.messages(), old_});
   }
 
   const GatewayOptions& options_;

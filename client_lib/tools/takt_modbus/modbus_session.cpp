@@ -200,7 +200,7 @@ class RealtimeServer {
     };
     loop_.every(kWatch, [&] {
       if (due(options_, *link.state())) loop_.stop();
-      link.report(server_.peer(silences_));
+      link.show(server_.peer(silences_));
       if (const auto silent = server_.watch().silent(wall_s())) {
         ++silences_;
         report(options_.name, "The client at " + *silent + " is silent; the substitute values apply.");
@@ -416,8 +416,8 @@ class PollingClient {
   void watch() {
     if (due(options_, *link_->state())) loop_.stop();
     const double now_s = wall_s();
-    link_->report({address_text(Endpoint{m_.address, static_cast<std::uint16_t>(m_.port)}),
-                   connection_ != nullptr && !silent_, poller_.counters().cycles, late_});
+    link_->show({address_text(Endpoint{m_.address, static_cast<std::uint16_t>(m_.port)}),
+                 connection_ != nullptr && !silent_, poller_.counters().cycles, late_});
     if (connection_ != nullptr && !poller_.idle() &&
         now_s - begun_s_ > std::chrono::duration<double>(kReplyTimeout).count())
       lose("no reply within 1 s");

@@ -276,7 +276,7 @@ class RealtimeRsi : public Controller {
  private:
   void cycle() {
     const auto state = link_->state();
-    link_->report(peer());
+    link_->show(peer());
     if (due(*state)) {
       loop_.stop();
       return;
@@ -401,7 +401,7 @@ class SensorSide {
     if (options_.until_s && link_->state()->time >= *options_.until_s - kTimeTolerance_s) loop_.stop();
     const bool silent = pc_.silent(wall_s());
     if (silent) follower_.silence(link_->sender());
-    link_->report({follower_.peer(), pc_.packets() > 0 && !silent, pc_.packets(), pc_.delay()});
+    link_->show({follower_.peer(), pc_.packets() > 0 && !silent, pc_.packets(), pc_.delay()});
   }
 
   const GatewayOptions& options_;

@@ -56,7 +56,7 @@ int run_controller(const GatewayRun& options) {
       offset += late - 1;
       late = 1;
     }
-    link.report(servers.peer(offset));
+    link.show(servers.peer(offset));
     // A client gets the newest package of cycles that are made up for, as from a controller short of time.
     for (; late > 0; --late) {
       controller.advance();

@@ -34,7 +34,7 @@ class Follower {
       interrupt();
     }
     const bool hears = connection_ != nullptr && gateway::Clock::now() - heard_at_ < kHeard;
-    link_.report({host_ + " port " + std::to_string(mapping_.rtde_port), hears, packages_, silences_});
+    link_.show({host_ + " port " + std::to_string(mapping_.rtde_port), hears, packages_, silences_});
   }
   std::uint64_t packages() const { return packages_; }
 

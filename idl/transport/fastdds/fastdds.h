@@ -118,11 +118,6 @@ inline void beat_soon(dds::DataWriterQos& qos, double period_s) {
 #endif
 }
 
-/// The writer asserts its liveliness itself, with an endless lease: an assertion sends a heartbeat.
-inline void beat_on_assertion(dds::DataWriterQos& qos) {
-  qos.liveliness().kind = dds::MANUAL_BY_TOPIC_LIVELINESS_QOS;
-}
-
 /// Success of write() with one argument: `true` in one major, 0 in the other.
 template <typename Sample>
 bool written(dds::DataWriter& writer, Sample& sample) {

@@ -1,7 +1,8 @@
 """An EGM program written from the fact sheet alone: answers each message of a controller with references.
 
 egm_client.py PORT [--messages N] [--amplitude DEG] [--period S] [--feed-forward] [--fault FAULT] [--gripper AT,AT]
-A sine on joint 1 by the controller's time. Prints a line of JSON. Faults: radians, cut, silent:N (no answer
+    [--path Y,Z]
+A sine on joint 1 by the controller's time, or with --path a path correction of so many mm. Prints a line of JSON. Faults: radians, cut, silent:N (no answer
 from message N on).
 """
 import argparse
@@ -19,6 +20,7 @@ arguments.add_argument("--period", type=float, default=2.0)
 arguments.add_argument("--feed-forward", action="store_true")
 arguments.add_argument("--fault", default="")
 arguments.add_argument("--gripper", default="")
+arguments.add_argument("--path", default="")
 a = arguments.parse_args()
 
 link = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -27,7 +29,7 @@ link.settimeout(60)
 print("ready", flush=True)
 
 changes = [int(at) for at in a.gripper.split(",") if at]
-start = first = last = None
+start = first = last = converged = None
 worst = 0.0
 seqnos = []
 states = set()
@@ -49,6 +51,7 @@ while k < a.messages:
         seqnos.append(seqno)
         worst = max(worst, abs(joints[0] - start[0] - reference))
     last = seqno
+    converged = robot[6] == [1]
     states.add((egm.fields(robot[4][0])[1][0], egm.fields(robot[5][0])[1][0], egm.fields(robot[8][0])[1][0]))
     if 9 in robot:
         measured = egm.fields(robot[9][0])
@@ -66,6 +69,8 @@ while k < a.messages:
         continue
     answer = egm.sensor(k, target, tm, speeds=[speed, 0, 0, 0, 0, 0] if a.feed_forward else None,
                         digital=sum(k >= at for at in changes) % 2 if changes else None)
+    if a.path:
+        answer = egm.path_correction(k, *map(float, a.path.split(",")))
     link.sendto(answer[:40] if a.fault == "cut" else answer, peer)
 print(json.dumps({"messages": k, "worst_deg": worst, "first_seqno": seqnos[0], "last_seqno": seqnos[-1],
-                  "states": sorted(states), "held": held, "force": force, "start": start, "end": joints}), flush=True)
+                  "states": sorted(states), "held": held, "force": force, "start": start, "end": joints, "converged": converged}), flush=True)

@@ -37,6 +37,11 @@ def sensor(seqno, values, tm=None, kind=3, speeds=None, digital=None):
     return out
 
 
+def path_correction(seqno, y, z):
+    pos = double(1, 0.0) + double(2, y) + double(3, z)
+    return message(1, unsigned(1, seqno) + unsigned(3, 4)) + message(2, message(1, pos) + unsigned(2, 1))
+
+
 def robot(seqno, values, tm, motors=1, mci=3, digital=None):
     pose = (message(1, double(1, 1.0) + double(2, 2.0) + double(3, 3.0)) +
             message(2, double(1, 1.0) + double(2, 0.0) + double(3, 0.0) + double(4, 0.0)))
