@@ -53,19 +53,19 @@ assert.deepEqual(await findings(page), [], 'axe-core');
 stage('tool centre point');
 const palm = await ask(() => takt.last.description.components[takt.last.description.grippers[0].palm].name);
 const before = position(palm);
-await jog('z forth').click();
+await jog('z+: along z').click();
 await near(() => position(palm), [before[0], before[1], before[2] + 0.01], 1e-5, '10 mm up on a straight line');
 await page.selectOption('#selection select[aria-label="axes of"]', 'base');
-await jog('z back').press('Space');
+await jog('z−: along z').press('Space');
 await near(() => position(palm), before, 1e-5, '10 mm down by key');
 // While it is held down it goes on, and it ends with the button.
 await page.selectOption('#selection select[aria-label="step"]', '1');
-const box = await jog('z forth').boundingBox();
+const box = await jog('z+: along z').boundingBox();
 await page.mouse.move(box.x + 5, box.y + 5);
 await page.mouse.down();
 await near(() => [Math.min(position(palm)[2] - before[2], 0.0025)], [0.0025], 1e-4, 'more steps than one');
 await page.mouse.up();
-await jog('turn about z forth').press('Enter').catch(() => {});
+await jog('rz+: turn about z').press('Enter').catch(() => {});
 
 stage('gripper');
 await ask(() => takt.select({kind: 'gripper', name: 'Gripper1'}));
@@ -165,6 +165,7 @@ await page.locator('#scenario-file').press('Enter');
 await until(() => /nothing\.yaml/.test(document.querySelector('#menu-answer').textContent));
 assert.equal(await ask(() => takt.last.description.scenario), 'gear_on_shaft');
 await page.keyboard.press('Escape');
+await until(() => !document.querySelector('#cell-menu').open);
 
 stage('editor');
 await page.locator('#cell').focus();

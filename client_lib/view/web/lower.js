@@ -28,7 +28,7 @@ export class Lower {
       past: (name) => this.remembered(name), save: (plot, kind) => this.save(plot, kind)});
     this.timeline = new Timeline({go: (time) => this.go(time), eventTime: (event) => this.eventTime(event)});
     $('live').onclick = () => this.past.leave();
-    const tall = (height) => { $('bottom').style.setProperty('--low', `${Math.max(height, 90)}px`); };
+    const tall = (height) => { const high = Math.max(Math.round(height), 90); $('bottom').style.setProperty('--low', `${high}px`); $('grip').setAttribute('aria-valuenow', high); };
     $('grip').onpointerdown = (event) => $('grip').setPointerCapture(event.pointerId);
     $('grip').onpointermove = (event) => { if ($('grip').hasPointerCapture(event.pointerId)) tall($('bottom').getBoundingClientRect().bottom - event.clientY); };
     $('grip').onkeydown = ({key}) => { if (key === 'ArrowUp' || key === 'ArrowDown') tall($('bottom').offsetHeight + (key === 'ArrowUp' ? 30 : -30)); };

@@ -60,13 +60,14 @@ export function robotPendant(inspector, of) {
     const {factor, unit, digits} = units[i];
     const limited = joint.lower < joint.upper;
     const line = make('tr'), value = make('input', '', {type: 'number', step: 'any', 'aria-label': `${joint.name} in ${unit === '°' ? 'degrees' : unit}`});
-    const bar = make('meter', '', {'aria-hidden': 'true'}), effort = make('td', '', {class: 'small'});
+    const bar = make('meter', '', {'aria-hidden': 'true'}), effort = make('div', '', {class: 'small'});
     if (limited) Object.assign(bar, {min: joint.lower, max: joint.upper});
-    const to = (target) => move(now().position.map((q, k) => (k === i ? (limited ? Math.min(Math.max(target, joint.lower), joint.upper) : target) : q)));
+    const to = (target) => move([...now().position].map((q, k) => (k === i ? (limited ? Math.min(Math.max(target, joint.lower), joint.upper) : target) : q)));
     const by = (sign) => () => to(now().position[i] + sign * Number(steps[unit].value) / factor);
     value.onkeydown = (event) => { if (event.key === 'Enter') { to(Number(value.value) / factor).catch(() => {}); value.blur(); } };
     inspector.controls.push({made: value, free});
-    const cells = [make('td', joint.name), make('td'), make('td'), make('td'), effort];
+    const cells = [make('td', joint.name), make('td'), make('td'), make('td')];
+    cells[0].append(effort);
     cells[0].title = limited ? `${(factor * joint.lower).toFixed(1)} to ${(factor * joint.upper).toFixed(1)} ${unit}` : 'without limits';
     cells[1].append(stepper(inspector, '−', `${joint.name} back`, free, by(-1)));
     cells[2].append(value, ...(limited ? [bar] : []));
@@ -94,7 +95,7 @@ export function robotPendant(inspector, of) {
     [kind]: ['x', 'y', 'z'].map((one) => (one === axis ? sign * (kind === 'translation' ? Number(length.value) / 1000 : Number(turn.value) / DEG) : 0))});
   for (const [kind, title] of [['translation', ''], ['rotation', 'r']])
     for (const sign of [-1, 1])
-      for (const axis of ['x', 'y', 'z']) grid.append(stepper(inspector, `${title}${axis}${sign < 0 ? '−' : '+'}`, `${kind === 'rotation' ? 'turn about ' : ''}${axis} ${sign < 0 ? 'back' : 'forth'}`, free, line(kind, axis, sign)));
+      for (const axis of ['x', 'y', 'z']) grid.append(stepper(inspector, `${title}${axis}${sign < 0 ? '−' : '+'}`, `${title}${axis}${sign < 0 ? '−' : '+'}: ${kind === 'rotation' ? 'turn about' : 'along'} ${axis}`, free, line(kind, axis, sign)));
   place.append(grid);
   inspector.actions(inspector.button('stop', 'stop_jogging', () => ({robot: of.name}), free));
 }
