@@ -47,6 +47,9 @@ TEST_F(FileLists, ScenariosAreThoseBelowTheDirectory) {
   EXPECT_THAT(first.tags, ElementsAre("one", "two"));
   EXPECT_THAT(listed.message, HasSubstr("2 scenarios. 1 file cannot be read, first"));
   EXPECT_THAT(listed.message, HasSubstr("broken.yaml:3:1"));
+  // A relative name of the directory, as on a command line.
+  EXPECT_THAT(names(list_scenarios({}, std::filesystem::relative(cells.path()), {})),
+              ElementsAre("first", "second"));
 }
 
 TEST_F(FileLists, WithoutADirectoryTheFilesBesideTheLoadedOneAreListed) {
@@ -85,7 +88,10 @@ TEST_F(FileLists, SpawnablesArePartsAndMeshFilesOfTheSources) {
   CellDescription cell;
   auto mesh = std::make_shared<DescribedMesh>();
   mesh->vertices = {0, 0, 0, 1, -2, 3, 0.5, 1, -1};
-  cell.components.push_back({.name = "P", .mesh = mesh});
+  ComponentDescription component;
+  component.name = "P";
+  component.mesh = mesh;
+  cell.components.push_back(component);
   const auto listed = list_spawnables({{cells.path().string(), "ftp://else"}}, cells.path(), &content, cell);
   ASSERT_TRUE(listed.ok());
   ASSERT_EQ(listed.response.spawnables.size(), 3U);

@@ -11,7 +11,7 @@ namespace takt {
 namespace {
 
 using State = GoalState;
-constexpr std::int64_t kSecond_ns = 1'000'000'000;
+constexpr std::int64_t kOneSecond_ns = 1'000'000'000;
 
 GoalId id(std::uint8_t number) {
   GoalId made{};
@@ -59,14 +59,14 @@ TEST(GoalTable, AKnownIdIsRefusedUntilItsGoalIsForgotten) {
   GoalTable table;
   EXPECT_TRUE(table.accept(id(1), 5, 1));
   EXPECT_FALSE(table.accept(id(1), 6, 2));
-  EXPECT_TRUE(table.change(1, State::succeeded, 3 * kSecond_ns));
+  EXPECT_TRUE(table.change(1, State::succeeded, 3 * kOneSecond_ns));
   EXPECT_FALSE(table.accept(id(1), 7, 3));
-  EXPECT_EQ(table.next_expiry_ns(), 13 * kSecond_ns);
-  EXPECT_TRUE(table.expire(13 * kSecond_ns - 1).empty());
-  ASSERT_EQ(table.expire(13 * kSecond_ns).size(), 1U);
+  EXPECT_EQ(table.next_expiry_ns(), 13 * kOneSecond_ns);
+  EXPECT_TRUE(table.expire(13 * kOneSecond_ns - 1).empty());
+  ASSERT_EQ(table.expire(13 * kOneSecond_ns).size(), 1U);
   EXPECT_EQ(table.find(id(1)), nullptr);
   EXPECT_TRUE(table.accept(id(1), 8, 4));
-  EXPECT_TRUE(table.expire(100 * kSecond_ns).empty()) << "a goal that runs stays";
+  EXPECT_TRUE(table.expire(100 * kOneSecond_ns).empty()) << "a goal that runs stays";
 }
 
 TEST(GoalTable, TheNumberOfGoalsIsBounded) {
@@ -85,7 +85,7 @@ TEST(GoalTable, ACancellationMeansOneGoalOrThoseUpToATimeOrBothOrAll) {
     const bool possible = state <= 2;
     GoalTable table;
     for (std::uint8_t i = 1; i <= 5; ++i) {
-      ASSERT_TRUE(table.accept(id(i), i * kSecond_ns, i));
+      ASSERT_TRUE(table.accept(id(i), i * kOneSecond_ns, i));
       if (state == 1) continue;
       ASSERT_TRUE(table.change(i, State::executing, 0));
       if (state == 5) {
@@ -106,14 +106,14 @@ TEST(GoalTable, ACancellationMeansOneGoalOrThoseUpToATimeOrBothOrAll) {
     using Numbers = std::vector<std::uint64_t>;
     const auto if_possible = [&](Numbers wanted) { return possible ? wanted : Numbers{}; };
     EXPECT_EQ(numbers({}, 0), if_possible({1, 2, 3, 4, 5})) << state;
-    EXPECT_EQ(numbers({}, 3 * kSecond_ns), if_possible({1, 2, 3})) << state;
+    EXPECT_EQ(numbers({}, 3 * kOneSecond_ns), if_possible({1, 2, 3})) << state;
     EXPECT_EQ(numbers(id(4), 0), if_possible({4})) << state;
-    EXPECT_EQ(numbers(id(4), 2 * kSecond_ns), if_possible({1, 2, 4})) << state;
-    EXPECT_EQ(numbers(id(9), 2 * kSecond_ns), if_possible({1, 2})) << state;
+    EXPECT_EQ(numbers(id(4), 2 * kOneSecond_ns), if_possible({1, 2, 4})) << state;
+    EXPECT_EQ(numbers(id(9), 2 * kOneSecond_ns), if_possible({1, 2})) << state;
     EXPECT_EQ(code(id(4), 0), possible ? CancelCode::ok : CancelCode::terminated) << state;
     EXPECT_EQ(code(id(9), 0), CancelCode::unknown_goal);
     EXPECT_EQ(code({}, 0), CancelCode::ok);
-    EXPECT_EQ(code({}, 3 * kSecond_ns), CancelCode::ok);
+    EXPECT_EQ(code({}, 3 * kOneSecond_ns), CancelCode::ok);
   }
 }
 

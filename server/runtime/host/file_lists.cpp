@@ -95,7 +95,7 @@ Outcome<requests::GetScenarios> list_scenarios(const requests::GetScenarios& req
   Search search({"yaml", "yml"}, directory);
   bool reached = true;
   ControlResult code = ControlResult::not_found;
-  if (!directory.empty() && !search.add(directory.string())) {
+  if (!directory.empty() && !search.add(fs::absolute(directory).string())) {
     reached = false;
     code = ControlResult::default_sources_failed;
   }
