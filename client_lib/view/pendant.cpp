@@ -72,6 +72,9 @@ Answer Pendant::read_and_execute(const Arguments& arguments) {
   newest_ = std::chrono::steady_clock::now();
   try {
     return execute(wanted);
+  } catch (const ClientError& error) {
+    if (!error.result()) throw;
+    return {*error.result(), error.what(), {}};
   } catch (const MotionError& error) {
     std::string sentence = error.what();
     sentence.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(sentence.front())));

@@ -23,7 +23,7 @@ class Pendant {
   Pendant& operator=(const Pendant&) = delete;
 
   static bool has(const std::string& request);
-  /// Throws ClientError. One thread.
+  /// Throws ClientError where the cell does not answer. One thread.
   Answer request(const std::string& name, const Arguments& arguments);
 
  private:
