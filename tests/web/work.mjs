@@ -190,9 +190,8 @@ await page.keyboard.press('Delete');
 // Keys are completed, and the new text is loaded.
 await editor.press('Control+End');
 await page.keyboard.type('\ncsv_pe');
-await page.locator('.cm-tooltip-autocomplete li', {hasText: 'csv_period_s'}).waitFor();
-await page.waitForTimeout(100);  // CodeMirror takes no key for a list that has just come
-await page.keyboard.press('Enter');
+await page.locator('.cm-tooltip-autocomplete li', {hasText: 'csv_period_s'}).click();
+await until(() => document.querySelector('#editor .cm-content').textContent.includes('csv_period_s: '));
 await page.keyboard.type('0.02');
 await until(() => document.querySelector('#editor-answer').textContent === 'valid');
 const generation = await ask(() => takt.last.description.scenario_generation);

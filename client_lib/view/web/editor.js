@@ -66,8 +66,8 @@ export function openEditor({ask, refusal, closed}) {
     say(message, result !== 1);
   };
   const view = new EditorView({parent: host, state: EditorState.create({extensions: [
-    basicSetup, yaml(), lintGutter(), check, explain, autocompletion({override: [complete]}), writing.of(EditorState.readOnly.of(true)),
     keymap.of([{key: 'Mod-s', run: () => { if (!$('editor-save').disabled) save(); return true; }}, {key: 'Mod-Enter', run: () => { if (!$('editor-run').disabled) run(); return true; }}, indentWithTab]),
+    basicSetup, yaml(), lintGutter(), check, explain, autocompletion({override: [complete]}), writing.of(EditorState.readOnly.of(true)),
     EditorView.updateListener.of(({docChanged}) => { if (docChanged) mark(); }), EditorView.contentAttributes.of({'aria-label': 'text of the scenario'})]})});
   $('editor-save').onclick = save;
   $('editor-run').onclick = run;
