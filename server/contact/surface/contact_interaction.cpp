@@ -268,7 +268,6 @@ double ContactInteraction::seeing_step_s(const CellMotion& motion, double most_s
     const double speed = speed_m_per_s(pair.base, pair.target, motion);
     const double linear_m = pair.contact.law().linear_depth_m;
     if (!(speed * step_s > kDeepShare * linear_m)) continue;
-    if (pair.contact.foresees(motion_of(pair.base, pair.target, motion), step_s)) continue;
     const double gap = gap_m(pair, motion);
     double far_m = std::max(0.0, gap) + linear_m;
     if (gap < 0.0) {

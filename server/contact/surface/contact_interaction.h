@@ -54,7 +54,7 @@ class ContactInteraction {
   void update(const CellMotion& motion, double step_s);
   /// Longest step (s), up to `most_s`, in which no body passes through another unnoticed: in it no acting
   /// pair moves further than a quarter of its Target's walls beyond the place where their bounds meet, or a
-  /// twentieth if it is deeper than that quarter. A pair whose patch is held for the step is seen.
+  /// twentieth if it is deeper than that quarter.
   double seeing_step_s(const CellMotion& motion, double most_s);
   /// A pair of which one body is about to leave the other on its far side.
   struct Passing {

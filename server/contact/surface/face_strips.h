@@ -18,10 +18,6 @@ struct FaceStrip {
   /// From the plane before: 1 at a convex edge, beyond which this plane is the higher one, -1 at an edge that
   /// goes inwards, beyond which it is the lower one, 0 of the first plane.
   std::array<double, kPlanes> side;
-  /// Beside each: the plane beyond a sharp edge that goes inwards, so near that the element may pass it beside its path;
-  /// else null. Below both planes the lower one counts, whichever is closer on the path: a strip without it would give
-  /// way, and the next one would press again, which adds energy.
-  std::array<const ContactPatch*, kPlanes> corner;
 };
 
 /// An element of the Base at the start of its path.
@@ -30,15 +26,9 @@ struct ElementPath {
   double reach_m = 0.0;  ///< Targets further away than this at the start are not near
 };
 
-/// The face of the Target that is closest to an element, and whether the element is further outside than a margin.
-struct NearFace {
-  std::int32_t face = -1;  ///< -1: none is near
-  bool apart = false;
-};
-
-/// Of at most FaceOctree::kBatch elements at one pose.
+/// Faces of the Target that are closest to at most FaceOctree::kBatch elements at one pose; -1: none is near.
 void find_nearest(const ContactSurface::Data& target, const Pose& X_TB, std::span<const ElementPath> elements,
-                  double margin_m, std::span<NearFace> faces);
+                  std::span<std::int32_t> faces);
 
 /// The strip of a straight piece of a path, from x_T to x_T + path_T, and of as much as `beside_m` before and
 /// behind it. `face`: the closest one where the strip begins, then the one where the next piece's begins.

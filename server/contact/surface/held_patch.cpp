@@ -14,9 +14,6 @@ using simd4::V4x3;
 using Rows = ElementRows;
 static_assert(HeldPatch::kLanes * sizeof(double) == sizeof(V4));
 
-/// Below no point.
-constexpr HeldPatch::Plane kNoCorner{.offset_m = {-1e9, -1e9, -1e9, -1e9}};
-
 struct Transform {
   double R[3][3], p[3];
   explicit Transform(const Pose& X) {
@@ -36,19 +33,6 @@ TAKT_LANE_INLINE void turn(const Transform& X, const V4x3& a, V4x3& to) {
 TAKT_LANE_INLINE void load(const HeldPatch::Plane& plane, V4x3& normal, V4& offset) {
   simd4::load(plane.x.data(), plane.y.data(), plane.z.data(), normal);
   simd4::load(plane.offset_m.data(), offset);
-}
-
-/// At a corner that goes inwards the lower one of both planes is the closer one.
-TAKT_LANE_INLINE void lower_of_corner(const HeldPatch::Plane& beyond, const V4x3& x, V4& height,
-                                      V4x3& normal) {
-  V4x3 n;
-  V4 offset, h;
-  load(beyond, n, offset);
-  simd4::dot(n, x, h);
-  h -= offset;
-  const auto lower = h < height;
-  height = lower ? h : height;
-  normal.x = lower ? n.x : normal.x, normal.y = lower ? n.y : normal.y, normal.z = lower ? n.z : normal.z;
 }
 
 /// Puts the packs with an element inside into the rows, and returns the number of their elements.
@@ -74,18 +58,14 @@ TAKT_LANE_VARIANTS std::size_t fill_packs(const HeldPatch::Pack* packs, std::siz
     // An edge is passed where the planes beside it have the same height, and those before it are passed.
     V4 before = height;
     auto on = zero == zero;
-    const bool corners = pack.stride > 1;
-    if (corners) lower_of_corner(planes[1], x, height, normal);
     for (std::uint32_t k = 1; k < pack.planes; ++k) {
-      const HeldPatch::Plane* plane = planes + k * pack.stride;
       V4 h;
-      load(*plane, n, offset);
-      simd4::load(plane->side.data(), side);
+      load(planes[k], n, offset);
+      simd4::load(planes[k].side.data(), side);
       simd4::dot(n, x, h);
       h -= offset;
       on &= side * (h - before) > 0.0;
       before = h;
-      if (corners) lower_of_corner(plane[1], x, h, n);
       height = on ? h : height;
       normal.x = on ? n.x : normal.x, normal.y = on ? n.y : normal.y, normal.z = on ? n.z : normal.z;
     }
@@ -127,14 +107,12 @@ double HeldMotion::beside_m(const Pose& X_TB_now, const Vec3& center_B, double r
 }
 
 void HeldPatch::clear() {
-  for (Piece& piece : pieces_)
-    piece.size = 0, piece.deepest_m = 0.0, piece.packs.clear(), piece.planes.clear();
+  for (Piece& piece : pieces_) piece.size = 0, piece.packs.clear(), piece.planes.clear();
 }
 
 void HeldPatch::add(std::size_t piece, std::int32_t element, const Vec3& p_B, double area_m2,
                     const FaceStrip& strip) {
   Piece& here = pieces_[piece];
-  here.deepest_m = std::max(here.deepest_m, -strip.least_m);
   const std::size_t lane = here.size % kLanes;
   if (lane == 0) {
     here.packs.emplace_back();
@@ -145,34 +123,13 @@ void HeldPatch::add(std::size_t piece, std::int32_t element, const Vec3& p_B, do
   pack.element[lane] = element;
   pack.x[lane] = p_B.x(), pack.y[lane] = p_B.y(), pack.z[lane] = p_B.z();
   pack.area_m2[lane] = area_m2;
-  const auto* const end = strip.corner.begin() + strip.planes;
-  if (pack.stride == 1 &&
-      std::any_of(strip.corner.begin(), end, [](const ContactPatch* c) { return c != nullptr; }))
-    add_corners(pack, here.planes);
-  const auto put = [lane](const ContactPatch& from, Plane& to) {
-    to.x[lane] = from.normal.x(), to.y[lane] = from.normal.y(), to.z[lane] = from.normal.z();
-    to.offset_m[lane] = from.offset_m;
-  };
   for (std::size_t i = 0; i < strip.planes; ++i) {
-    if (i == pack.planes) {
-      here.planes.emplace_back();
-      if (pack.stride > 1) here.planes.push_back(kNoCorner);
-      ++pack.planes;
-    }
-    Plane* const plane = here.planes.data() + pack.first + i * pack.stride;
-    put(*strip.plane[i], *plane);
-    plane->side[lane] = strip.side[i];
-    if (strip.corner[i] != nullptr) put(*strip.corner[i], plane[1]);
-  }
-}
-
-/// Of the last pack.
-void HeldPatch::add_corners(Pack& pack, std::vector<Plane>& planes) {
-  pack.stride = 2;
-  planes.resize(pack.first + 2 * pack.planes);
-  for (std::size_t k = pack.planes; k-- > 0;) {
-    planes[pack.first + 2 * k] = planes[pack.first + k];
-    planes[pack.first + 2 * k + 1] = kNoCorner;
+    if (i == pack.planes) here.planes.emplace_back(), ++pack.planes;
+    Plane& plane = here.planes[pack.first + i];
+    const ContactPatch& own = *strip.plane[i];
+    plane.x[lane] = own.normal.x(), plane.y[lane] = own.normal.y(), plane.z[lane] = own.normal.z();
+    plane.offset_m[lane] = own.offset_m;
+    plane.side[lane] = strip.side[i];
   }
 }
 

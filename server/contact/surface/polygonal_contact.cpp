@@ -15,10 +15,8 @@ namespace takt {
 namespace {
 
 /// A patch is held for a path of so many faces of the Target, for this time and angle at most: its pieces are
-/// straight. A piece of it is as long as so many faces. A motion that goes into the Target will not last: from where it is
-/// deeper than the margin, a patch is held for a shorter time at most.
-constexpr double kHeldFaces = 12.0, kLongestHeld_s = 0.05, kLongestIntoTarget_s = 0.01, kPieceFaces = 1.0,
-                 kMostTurn_rad = 0.3;
+/// straight. A piece of it is as long as so many faces.
+constexpr double kHeldFaces = 12.0, kLongestHeld_s = 0.01, kPieceFaces = 1.0, kMostTurn_rad = 0.3;
 /// Points of the Base are beside a held motion by no more than such an acceleration takes them, within a least way
 /// and a share of a face.
 constexpr double kUnforeseen_m_per_s2 = 0.5, kLeastMargin_m = 1e-6, kMarginFaces = 0.05;
@@ -383,24 +381,12 @@ void PolygonalContact::Impl::start_holding(const RelativeMotion& motion) {
   if (!holds) return;
   const double face_m = target.face_size_m();
   held.horizon_s = std::min({kLongestHeld_s, kHeldFaces * face_m / speed, kMostTurn_rad / held.w_T.norm()});
-  const auto margin_m = [face_m](double horizon_s) {
-    return kLeastMargin_m +
-           std::min(kMarginFaces * face_m, 0.5 * kUnforeseen_m_per_s2 * horizon_s * horizon_s);
-  };
-  held.margin_m = margin_m(held.horizon_s);
+  held.margin_m = kLeastMargin_m + std::min(kMarginFaces * face_m,
+                                            0.5 * kUnforeseen_m_per_s2 * held.horizon_s * held.horizon_s);
   const double pieces = std::ceil(held.horizon_s * speed / (kPieceFaces * face_m));
-  held.pieces = static_cast<std::size_t>(std::clamp(pieces, 1.0, static_cast<double>(HeldMotion::kPieces)));
-  held.piece_s = held.horizon_s / static_cast<double>(held.pieces);
-  held.least_pieces =
-      std::min(held.pieces, static_cast<std::size_t>(std::ceil(kLongestIntoTarget_s / held.piece_s)));
+  held.pieces = static_cast<std::size_t>(std::clamp(pieces, 1.0, static_cast<double>(HeldPatch::kPieces)));
   ++counts.searches;
   begin_search().find(held, patch);
-  std::size_t beside = 0;
-  while (beside < held.pieces && patch.deepest_m(beside) <= held.margin_m) ++beside;
-  if (beside == held.pieces) return;
-  held.horizon_s =
-      std::min(held.horizon_s, std::max(static_cast<double>(beside) * held.piece_s, kLongestIntoTarget_s));
-  held.margin_m = margin_m(held.horizon_s);
 }
 
 bool PolygonalContact::hold(const RelativeMotion& motion, double next_s) {
@@ -412,21 +398,6 @@ bool PolygonalContact::hold(const RelativeMotion& motion, double next_s) {
   impl_->holds = impl_->rows_known = false;
   if (impl_->boxes_apart(motion.X_TB)) return held;
   impl_->start_holding(motion);
-  return true;
-}
-
-bool PolygonalContact::foresees(const RelativeMotion& motion, double next_s) const {
-  if (!impl_->holds) return false;
-  const HeldMotion& held = impl_->held;
-  const Vec3& center_B = impl_->base.box.center_B;
-  const double radius_m = impl_->base.radius_m;
-  double at_s = 0.0;
-  const double beside_m = held.beside_m(motion.X_TB, center_B, radius_m, at_s);
-  const double leaves_m = next_s * ((motion.V_TB_T.at(motion.X_TB.R * center_B) - held.v_T).norm() +
-                                    radius_m * (motion.V_TB_T.w - held.w_T).norm());
-  if (beside_m + leaves_m > held.margin_m || at_s + next_s > held.horizon_s) return false;
-  for (std::size_t piece = held.piece(at_s); piece <= held.piece(at_s + next_s); ++piece)
-    if (impl_->patch.deepest_m(piece) > impl_->law.linear_depth_m) return false;
   return true;
 }
 

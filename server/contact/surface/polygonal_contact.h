@@ -107,9 +107,6 @@ class PolygonalContact {
   /// Discrete, at an accepted point: holds the patch of the straight motion from here on, unless what is held
   /// covers the next `next_s` of it. True if it is another patch now.
   bool hold(const RelativeMotion& motion, double next_s);
-  /// Whether the held patch has all contact of the next `next_s` of this motion at its present velocities, and no
-  /// element gets deeper in it than the law is linear.
-  bool foresees(const RelativeMotion& motion, double next_s) const;
   /// The motion of which the patch is held, for snapshots, and its counterpart; null: none is held.
   const RelativeMotion* held_from() const;
   void hold_from(const RelativeMotion& motion);
