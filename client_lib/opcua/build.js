@@ -1,6 +1,7 @@
 // Makes one file of takt-opcua and its packages, with the specifications that it reads and the licences of all.
 import {build} from 'esbuild';
-import {copyFileSync, mkdirSync, readFileSync, readdirSync, writeFileSync} from 'node:fs';
+import {copyFileSync, mkdirSync, writeFileSync} from 'node:fs';
+import {licencesOf} from './licences.js';
 
 // Packages in CommonJS ask for the modules of Node.js by require(); Node.js 18 does not have the global crypto.
 const banner = `
@@ -19,9 +20,4 @@ const {metafile} = await build({
   banner: {js: banner},
 });
 for (const name of ['', '.Di', '.IA', '.Robotics']) copyFileSync(`node_modules/node-opcua-nodesets/nodesets/Opc.Ua${name}.NodeSet2.xml`, `${out}/Opc.Ua${name}.NodeSet2.xml`);
-const folders = new Set(Object.keys(metafile.inputs).map((file) => file.match(/^(.*node_modules\/(?:@[^/]+\/)?[^/]+)\//)?.[1]).filter(Boolean));
-writeFileSync(`${out}/licenses.txt`, [...folders].sort().map((folder) => {
-  const {name, version, license} = JSON.parse(readFileSync(`${folder}/package.json`, 'utf8'));
-  const file = readdirSync(folder).find((entry) => /^licen[cs]e/i.test(entry));
-  return `${name} ${version}: ${license}\n\n${file ? readFileSync(`${folder}/${file}`, 'utf8') : ''}`;
-}).join(`\n${'-'.repeat(80)}\n`));
+writeFileSync(`${out}/licenses.txt`, licencesOf(Object.keys(metafile.inputs)));

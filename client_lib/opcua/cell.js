@@ -4,13 +4,13 @@ import {EventEmitter} from 'node:events';
 import {existsSync} from 'node:fs';
 import WebSocket from 'ws';
 import {Link} from './link.js';
+import {ControlResult} from './messages.js';
 
 const SILENCE_MS = 3000;       // without a status, which the server sends ten times a second
 const PATIENCE_MS = 5000;      // for a sample that follows the reply to a request
 const VISIBLE_MS = 1000;       // for a state with an input that was set; a later command may have hidden it
 const MOST_INPUTS = 64;        // of one request
 const LARGEST_MESSAGE = 1 << 30;
-const RESULT_OK = 1, RESULT_NOT_FOUND = 2, RESULT_INCORRECT_STATE = 3;
 
 class Socket extends WebSocket {
   constructor(url, protocols) {
@@ -96,8 +96,8 @@ export class Cell extends EventEmitter {
     } catch (error) {
       throw new CellError('lost', error.message);
     }
-    if (reply.result === RESULT_OK) return reply.values;
-    const kinds = {[RESULT_NOT_FOUND]: 'not_found', [RESULT_INCORRECT_STATE]: 'incorrect_state'};
+    if (reply.result === ControlResult.ok) return reply.values;
+    const kinds = {[ControlResult.not_found]: 'not_found', [ControlResult.incorrect_state]: 'incorrect_state'};
     throw new CellError(this.present ? kinds[reply.result] ?? 'refused' : 'lost', reply.message);
   }
 

@@ -3,11 +3,11 @@
 import {DataType, DataValue, StatusCodes, Variant, VariantArrayType} from './opcua.js';
 import {Pace, SimulationState, nameOf} from './messages.js';
 import {ownersOf} from './signals.js';
-import {euInformation} from './units.js';
+import {euInformation, structure} from './units.js';
 
 export const NAMESPACE = 'urn:takt:cell';
 const LARGEST_STEPS = 1000000000;  // of the request 'step'
-const REFRESH_MS = 500;            // of the time of values that stay the same
+export const REFRESH_MS = 500;     // of the time of values that stay the same
 
 const statusOf = {
   lost: StatusCodes.BadNoCommunication, not_found: StatusCodes.BadNodeIdUnknown, incorrect_state: StatusCodes.BadInvalidState,
@@ -139,9 +139,7 @@ export class CellNodes {
   }
 
   addUnit(variable, unit) {
-    this.property(variable, 'EngineeringUnits', 'EUInformation', {
-      dataType: DataType.ExtensionObject, value: this.addressSpace.constructExtensionObject(this.addressSpace.findDataType('EUInformation'), euInformation(unit)),
-    });
+    this.property(variable, 'EngineeringUnits', 'EUInformation', structure(this.addressSpace, 'EUInformation', euInformation(unit)));
     return variable;
   }
 
@@ -169,9 +167,7 @@ export class CellNodes {
     const variable = this.variable(owner, full, name, type, {accessLevel: access, userAccessLevel: access, ...(analog ? {typeDefinition: analog} : {})});
     if (unit) this.addUnit(variable, unit);
     if (range && type !== 'Boolean')
-      this.property(variable, 'EURange', 'Range', {
-        dataType: DataType.ExtensionObject, value: this.addressSpace.constructExtensionObject(this.addressSpace.findDataType('Range'), {low: range[0], high: range[1]}),
-      });
+      this.property(variable, 'EURange', 'Range', structure(this.addressSpace, 'Range', {low: range[0], high: range[1]}));
     if (wire) this.property(variable, 'Wire', 'String', {dataType: DataType.String, value: wire});
     const source = new Source('state', variable, DataType[type], signal.read, signal.kept);
     this.sources.push(source);

@@ -2,8 +2,8 @@
 // that takt does not have is BadNotSupported.
 import {DataType, StatusCodes, Variant} from './opcua.js';
 import {JointType} from './messages.js';
-import {NAMESPACE, Source} from './cell_nodes.js';
-import {euInformation} from './units.js';
+import {NAMESPACE, REFRESH_MS, Source} from './cell_nodes.js';
+import {euInformation, structure} from './units.js';
 
 const DI = 'http://opcfoundation.org/UA/DI/', ROBOTICS = 'http://opcfoundation.org/UA/Robotics/';
 const Category = {other: 0, articulated: 1, cartesian: 3};   // MotionDeviceCategoryEnumeration
@@ -48,9 +48,6 @@ export class RoboticsNodes {
     const source = new Source('state', this.child(node, ...path), dataType, read);
     this.sources.push(source);
     return source.variable;
-  }
-  extension(name, fields) {
-    return {dataType: DataType.ExtensionObject, value: this.addressSpace.constructExtensionObject(this.addressSpace.findDataType(name), fields)};
   }
   identity(node, manufacturer, model, productCode, serialNumber) {
     for (const [name, value, make] of [['Manufacturer', manufacturer, text], ['Model', model, text], ['ProductCode', productCode, string], ['SerialNumber', serialNumber, string]]) {
@@ -129,7 +126,7 @@ export class RoboticsNodes {
       if (range[0] < range[1])
         this.namespace.addVariable({
           propertyOf: variable, browseName: {name: 'EURange', namespaceIndex: 0}, typeDefinition: 'PropertyType', dataType: 'Range',
-          accessLevel: 'CurrentRead', userAccessLevel: 'CurrentRead', value: this.extension('Range', {low: shown(range[0]), high: shown(range[1])}),
+          accessLevel: 'CurrentRead', userAccessLevel: 'CurrentRead', value: structure(this.addressSpace, 'Range', {low: shown(range[0]), high: shown(range[1])}),
         });
     };
     add('ActualPosition', turns ? 'deg' : 'm', [joint.lower, joint.upper], ({position}) => position[j]);
@@ -137,10 +134,10 @@ export class RoboticsNodes {
     return axis;
   }
 
-  setUnit(variable, unit) { this.child(variable, 'EngineeringUnits').setValueFromSource(this.extension('EUInformation', euInformation(unit)), StatusCodes.Good); }
+  setUnit(variable, unit) { this.child(variable, 'EngineeringUnits').setValueFromSource(structure(this.addressSpace, 'EUInformation', euInformation(unit)), StatusCodes.Good); }
 
   update(state, time) {
-    const all = time - this.refreshed >= 500;
+    const all = time - this.refreshed >= REFRESH_MS;
     if (all) this.refreshed = time;
     for (const source of this.sources) source.take(state, time, all);
   }

@@ -8,7 +8,8 @@ from ros import referenced
 
 def script(reader):
     text = "// The enumerations and the messages of takt. Generated from idl/*.idl.\n"
-    for one in [*python_api.used_enumerations(reader, ("server", *requests.BESIDE)), reader.enumerations["GripperSignal"]]:
+    used = python_api.used_enumerations(reader, ("server", *requests.BESIDE))
+    for one in [*used, *(reader.enumerations[name] for name in ("ControlResult", "GripperSignal"))]:
         values = ", ".join(f"{of.name}: {of.value}" for of in one.enumerators)
         text += f"export const {one.name} = Object.freeze({{{values}}});\n"
     text += ("\n// The name of a number; the number itself where it has none.\nexport const nameOf = (enumeration, value) => "

@@ -1,8 +1,8 @@
 // The signals that one can choose from, as a tree with units: groups, robots or parts, quantities. A search keeps what has all
 // of its words.
+import {$} from './dom.js';
 import {levelsOf} from './signals.js';
 
-const $ = (id) => document.getElementById(id);
 const MOST_FOUND = 200, FIRST = ['Robots', 'Components', 'Grippers', 'Devices', 'Contacts', 'Power'];
 const rank = (title) => (FIRST.includes(title) ? FIRST.indexOf(title) : FIRST.length);
 

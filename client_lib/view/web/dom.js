@@ -1,7 +1,9 @@
 // Small helpers of the page's panels.
+const SVG = 'http://www.w3.org/2000/svg';
 export const $ = (id) => document.getElementById(id);
+// `kind`: the name of an element, of SVG with svg: in front.
 export const make = (kind, text = '', attributes = {}) => {
-  const made = document.createElement(kind);
+  const made = kind.startsWith('svg:') ? document.createElementNS(SVG, kind.slice(4)) : document.createElement(kind);
   for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
   made.textContent = text;
   return made;

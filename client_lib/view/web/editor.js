@@ -8,6 +8,7 @@ import {hoverTooltip, keymap} from '@codemirror/view';
 import {indentWithTab} from '@codemirror/commands';
 import {basicSetup, EditorView} from 'codemirror';
 import {$, make} from './dom.js';
+import {ControlResult} from './messages.js';
 import schema from './scenario.schema.json';
 import {errorAt, formsAt, keysAt, placeOf, sentenceOf, valuesAt} from './scenario_schema.js';
 
@@ -35,6 +36,7 @@ const explain = hoverTooltip((view, pos) => {
 export function openEditor({ask, refusal, closed}) {
   const host = $('editor-text'), writing = new Compartment();
   let saved = '', canSave = false, uri = '';
+  const request = (name, args) => ask(name, args, true).catch(({message}) => ({result: ControlResult.failed, message}));
   const say = (sentence, bad = false) => { $('editor-answer').textContent = sentence; $('editor-answer').className = bad ? 'fault' : ''; };
   const changed = () => view.state.doc.toString() !== saved;
   const mark = () => {
@@ -45,8 +47,8 @@ export function openEditor({ask, refusal, closed}) {
   };
   const check = linter(async ({state}) => {
     if (!changed() && !saved) return [];
-    const {result, message} = await ask('save_scenario_text', {text: state.doc.toString(), only_check: true}, true).catch((error) => ({result: 0, message: error.message}));
-    if (result === 1) { say('valid'); return []; }
+    const {result, message} = await request('save_scenario_text', {text: state.doc.toString(), only_check: true});
+    if (result === ControlResult.ok) { say('valid'); return []; }
     const at = errorAt(message) ?? {line: 0, column: 0, message}, line = state.doc.line(Math.min(at.line + 1, state.doc.lines));
     const from = Math.min(line.from + Math.max(at.column, 0), line.to);
     say(`line ${line.number}: ${at.message}`, true);
@@ -54,16 +56,16 @@ export function openEditor({ask, refusal, closed}) {
   }, {delay: CHECK_AFTER});
   const save = async () => {
     const text = view.state.doc.toString();
-    const {result, message} = await ask('save_scenario_text', {text}, true).catch((error) => ({result: 0, message: error.message}));
-    if (result === 1) saved = text;
-    say(message, result !== 1);
+    const {result, message} = await request('save_scenario_text', {text});
+    if (result === ControlResult.ok) saved = text;
+    say(message, result !== ControlResult.ok);
     mark();
-    return result === 1;
+    return result === ControlResult.ok;
   };
   const run = async () => {
     if (!(await save())) return;
-    const {result, message} = await ask('reload_scenario', {}, true).catch((error) => ({result: 0, message: error.message}));
-    say(message, result !== 1);
+    const {result, message} = await request('reload_scenario', {});
+    say(message, result !== ControlResult.ok);
   };
   const view = new EditorView({parent: host, state: EditorState.create({extensions: [
     keymap.of([{key: 'Mod-s', run: () => { if (!$('editor-save').disabled) save(); return true; }}, {key: 'Mod-Enter', run: () => { if (!$('editor-run').disabled) run(); return true; }}, indentWithTab]),
@@ -77,8 +79,8 @@ export function openEditor({ask, refusal, closed}) {
     async load() {
       $('editor').hidden = false;
       if (uri && changed()) { view.focus(); return; }  // what is typed stays
-      const {result, message, values} = await ask('get_scenario_text', {}, true).catch((error) => ({result: 0, message: error.message}));
-      if (result !== 1) { say(message, true); uri = ''; mark(); return; }
+      const {result, message, values} = await request('get_scenario_text', {});
+      if (result !== ControlResult.ok) { say(message, true); uri = ''; mark(); return; }
       ({uri, text: saved, can_save: canSave} = values);
       view.dispatch({changes: {from: 0, to: view.state.doc.length, insert: saved}, effects: writing.reconfigure(EditorState.readOnly.of(Boolean(refusal())))});
       saved = view.state.doc.toString();  // the editor has line ends of its own

@@ -1,4 +1,5 @@
 // The lower panel: curves, their tree, the timeline; the events of the cell, and the past that all of them show.
+import {$} from './dom.js';
 import {ComponentType, messages} from './messages.js';
 import {csvOf, download, pngOf, svgOf} from './curve_export.js';
 import {CurveTree} from './curve_tree.js';
@@ -9,7 +10,6 @@ import {Signals} from './signals.js';
 import {Timeline} from './timeline.js';
 import {Track} from './track.js';
 
-const $ = (id) => document.getElementById(id);
 const GAP_S = 1;
 const OFFERED = ['state', 'contacts', 'status'];
 const JOINTS = 'sensor_msgs/msg/JointState', CONSUMER = 'takt_msgs/msg/PowerConsumer', STATE = 'takt_msgs/msg/CellState';

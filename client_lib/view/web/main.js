@@ -1,4 +1,6 @@
 import {Cell, STATES, STATE_COLORS, OPEN, CLOSED, GRIPS, FORCE, CONTACT, HOLDS, colorOf} from './cell.js';
+import {download} from './curve_export.js';
+import {$, make} from './dom.js';
 import {ComponentType, Pace, PartState, SimulationState, nameOf} from './messages.js';
 import {Eye, Ruler} from './eye.js';
 import {Inspector} from './inspector.js';
@@ -9,7 +11,6 @@ import {Mover} from './mover.js';
 import {SceneTree} from './scene_tree.js';
 import {frame, keyboard} from './shell.js';
 
-const $ = (id) => document.getElementById(id);
 const RUNS = {no_scenario: 'no scenario', loading_scenario: 'loading'};
 const SHOWN = ['description', 'status', 'events', 'recorded_events', 'state', 'contacts'];
 const identityOf = (description) => description && [description.cell, description.scenario, description.scenario_generation, ...description.components.map(({name}) => name)].join('\n');
@@ -144,12 +145,6 @@ function lookAt() {
 
 // --- drawing: what has changed, at most once a frame ----------------------------------------------------------------
 const drawn = {};
-const element = (kind, text, attributes = {}) => {
-  const made = kind.startsWith('svg:') ? document.createElementNS('http://www.w3.org/2000/svg', kind.slice(4)) : document.createElement(kind);
-  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
-  if (text !== '') made.textContent = text;
-  return made;
-};
 
 function rows() {
   const {status: s} = last, {state} = lower;
@@ -171,8 +166,8 @@ function rows() {
     list.push([description?.grippers[i]?.name ?? 'gripper', `${number(1e3 * gripper.width, 1)} mm, ${stands}, ${on}`]);
   });
   $('status').replaceChildren(...list.map(([what, value, kind]) => {
-    const row = element('tr', '');
-    row.append(element('td', what), element('td', value, kind ? {class: kind} : {}));
+    const row = make('tr', '');
+    row.append(make('td', what), make('td', value, kind ? {class: kind} : {}));
     return row;
   }));
   if (s) {
@@ -180,7 +175,7 @@ function rows() {
     if ($('levels').dataset.key !== key) {
       $('levels').dataset.key = key;
       $('levels').replaceChildren(...s.processes.map(({name, level_of_detail: level}) => {
-        const label = element('label', s.processes.length === 1 ? 'LoD ' : `${name} LoD `), choice = element('select', '');
+        const label = make('label', s.processes.length === 1 ? 'LoD ' : `${name} LoD `), choice = make('select', '');
         for (const n of [1, 2, 3]) choice.append(new Option(n, n, false, n === level));
         choice.disabled = $('play').disabled;
         choice.onchange = () => ask('set_level_of_detail', {level_of_detail: Number(choice.value), process: name});
@@ -205,10 +200,10 @@ function graph() {
   const drawing = [];
   parts.forEach((part, i) => {
     const color = `#${(STATE_COLORS[part.state] ?? 0).toString(16).padStart(6, '0')}`;
-    drawing.push(element('svg:circle', '', {cx: 230, cy: y(i), r: 5, fill: color}), element('svg:text', `${part.name}: ${STATES[part.state] ?? ''}`, {x: 242, y: y(i)}));
-    if (part.partner >= 0) drawing.push(element('svg:line', '', {x1: 110, y1: y(holders.indexOf(part.partner)), x2: 224, y2: y(i), stroke: color, 'stroke-width': 2}));
+    drawing.push(make('svg:circle', '', {cx: 230, cy: y(i), r: 5, fill: color}), make('svg:text', `${part.name}: ${STATES[part.state] ?? ''}`, {x: 242, y: y(i)}));
+    if (part.partner >= 0) drawing.push(make('svg:line', '', {x1: 110, y1: y(holders.indexOf(part.partner)), x2: 224, y2: y(i), stroke: color, 'stroke-width': 2}));
   });
-  holders.forEach((holder, i) => drawing.push(element('svg:text', description.components[holder].name, {x: 104, y: y(i), 'text-anchor': 'end'})));
+  holders.forEach((holder, i) => drawing.push(make('svg:text', description.components[holder].name, {x: 104, y: y(i), 'text-anchor': 'end'})));
   $('graph').setAttribute('viewBox', `0 0 380 ${height}`);
   $('graph').replaceChildren(...drawing);
 }
@@ -252,8 +247,8 @@ const pressureText = (pascal) => (pascal >= 1e6 ? `${(pascal / 1e6).toPrecision(
 function pressureLegend(pairs) {
   const scale = [0, 0.25, 0.5, 0.75, 1].map((part) => `#${colorOf(part, 1).getHexString()}`).join();
   $('pressures').hidden = !pairs.length;
-  $('pressures').replaceChildren(element('i', '', {style: `background:linear-gradient(90deg,${scale})`}), '0 to the largest of each pair:',
-    ...pairs.map((pair) => element('div', `${pairName(pair.base, pair.target)}: ${pressureText(pair.largest_pressure)}, ${pair.pressures.length} elements${pair.omitted ? ` of ${pair.pressures.length + pair.omitted}` : ''}`)));
+  $('pressures').replaceChildren(make('i', '', {style: `background:linear-gradient(90deg,${scale})`}), '0 to the largest of each pair:',
+    ...pairs.map((pair) => make('div', `${pairName(pair.base, pair.target)}: ${pressureText(pair.largest_pressure)}, ${pair.pressures.length} elements${pair.omitted ? ` of ${pair.pressures.length + pair.omitted}` : ''}`)));
 }
 // The server sends pressures while a client repeats its request. A recording has the pressures that were requested during it.
 function askForPressures() {
@@ -294,12 +289,10 @@ $('link').onclick = () => {
   else navigator.clipboard.writeText(location.href).then(() => tell('The address of this view is on the clipboard.'), here);
 };
 $('screenshot').onclick = async () => {
-  const save = element('a', '', {download: `takt_${(lower.state?.time ?? 0).toFixed(3)}s.png`, href: URL.createObjectURL(await cell.picture())});
-  save.click();
-  setTimeout(() => URL.revokeObjectURL(save.href), 60000);  // some browsers read it only after the click
+  download(await cell.picture(), `takt_${(lower.state?.time ?? 0).toFixed(3)}s.png`);
 };
-const mark = (color, name, kind = '') => [element('i', '', {class: kind, style: `background:#${color.toString(16).padStart(6, '0')}`}), name];
-const line = (...children) => { const made = element('div', ''); made.append(...children); return made; };
+const mark = (color, name, kind = '') => [make('i', '', {class: kind, style: `background:#${color.toString(16).padStart(6, '0')}`}), name];
+const line = (...children) => { const made = make('div', ''); made.append(...children); return made; };
 $('legend').replaceChildren(line('parts', ...Object.entries(STATES).flatMap(([state, name]) => mark(STATE_COLORS[state], name))), line('grippers', ...mark(OPEN, 'open'), ...mark(CLOSED, 'commanded to close'), ...mark(GRIPS, 'on a part')),
   line('marks', ...mark(FORCE, 'force on a part', 'line'), ...mark(CONTACT, 'contact', 'line'), ...mark(HOLDS, 'holding relation', 'line')));
 

@@ -5,7 +5,7 @@ import {make} from './dom.js';
 
 const DEG = 180 / Math.PI;
 // Of a joint: how it is shown and typed.
-export const unitOf = ({type}) => (type === JointType.prismatic ? {factor: 1000, unit: 'mm', digits: 2, steps: [0.1, 1, 10, 100]} : {factor: DEG, unit: '°', digits: 2, steps: [0.1, 1, 5, 15]});
+const unitOf = ({type}) => (type === JointType.prismatic ? {factor: 1000, unit: 'mm', digits: 2} : {factor: DEG, unit: '°', digits: 2});
 
 // Why this one may not be commanded by hand, or ''.
 export function refusalOf(status, target) {

@@ -1,6 +1,7 @@
 // Plots of chosen signals over simulated time: several curves each, one or two units. All have the same times and one cursor.
 import uPlot from 'uplot';
 import 'uplot/dist/uPlot.min.css';
+import {$, make} from './dom.js';
 import {Track} from './track.js';
 import {levelsOf, valueText} from './signals.js';
 
@@ -8,12 +9,6 @@ import {levelsOf, valueText} from './signals.js';
 const themed = (name) => () => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 const COLORS = 6, DASHES = [[], [6, 4], [2, 3]], PERIOD_MS = 50, HEIGHT = 150, MOST = 8;
 const topicOf = (name) => name.slice(0, name.indexOf('.'));
-const make = (kind, text = '', attributes = {}) => {
-  const made = document.createElement(kind);
-  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
-  made.textContent = text;
-  return made;
-};
 export const labelOf = (name) => levelsOf(name).slice(1).join(' ');
 const clamp = (value, low, high) => Math.min(Math.max(value, low), high);
 
@@ -94,7 +89,7 @@ export class Plots {
     plot.holder.remove();
     this.plots.splice(i, 1);
     this.choose(this.plots[Math.min(i, this.plots.length - 1)] ?? null);
-    if (focused) (this.current?.holder ?? document.getElementById('signal')).focus();
+    if (focused) (this.current?.holder ?? $('signal')).focus();
     this.changed();
   }
   forget(name) {

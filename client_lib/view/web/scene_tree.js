@@ -1,7 +1,7 @@
 // The scene tree: components by kind, robots, grippers and devices; a search keeps what matches.
+import {$} from './dom.js';
 import {ComponentType} from './messages.js';
 
-const $ = (id) => document.getElementById(id);
 
 // What of a description can be selected: {kind, name, detail}.
 export function nodesOf(description) {

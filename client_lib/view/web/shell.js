@@ -4,10 +4,10 @@ import '@awesome.me/webawesome/dist/styles/themes/default.css';
 import '@awesome.me/webawesome/dist/components/dialog/dialog.js';
 import '@awesome.me/webawesome/dist/components/tree/tree.js';
 import '@awesome.me/webawesome/dist/components/tree-item/tree-item.js';
+import {$} from './dom.js';
 
 const ICONS = {Box, FileCode, FolderOpen, Keyboard, Maximize, Move3d, PanelBottom, PanelLeft, PanelRight, Pause, Play, Rotate3d, RotateCcw, Ruler, StepForward, SunMoon, Undo2, X};
 const PANELS = ['tree', 'inspector', 'bottom'];
-const $ = (id) => document.getElementById(id);
 
 // What a user chose stays for the next visit; a browser may refuse to keep it.
 const keep = (key, value) => { try { localStorage.setItem(`takt.${key}`, value); } catch { /* not kept */ } };

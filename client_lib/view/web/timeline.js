@@ -1,9 +1,9 @@
 // The timeline: events as marks, the time that is shown as a handle. Of a recording all of it, in seconds from its beginning;
 // of a running cell the minutes that the page keeps, in simulated time.
+import {$} from './dom.js';
 import {Severity, nameOf} from './messages.js';
 import {gathered, saying} from './events.js';
 
-const $ = (id) => document.getElementById(id);
 const NEAR_PX = 6, PERIOD_MS = 100, EDGE_PX = 6, LEAST_S = 1, MOST_LINES = 6;
 const COLORS = {[Severity.information]: '--soft', [Severity.warning]: '--warn', [Severity.error]: '--bad'};
 
