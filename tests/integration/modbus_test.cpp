@@ -2,7 +2,6 @@
 // are there pymodbus and mbpoll (Debian), modbus-serial and jsmodbus (npm), and ClassicLadder (LinuxCNC).
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cstdlib>
 #include <filesystem>
@@ -13,11 +12,8 @@
 #include <optional>
 #include <string>
 
-#include "client_lib/client.h"
-#include "tests/support/built_programs.h"
-#include "tests/support/child_process.h"
+#include "tests/support/program_cell.h"
 #include "tests/support/temporary_directory.h"
-#include "tests/support/test_domain.h"
 
 namespace takt::test::modbus {
 namespace {
@@ -37,52 +33,26 @@ bool exists(const std::string& file) {
   return std::filesystem::exists(file);
 }
 
-class Cell {
+class Cell : public ProgramCell {
  public:
-  explicit Cell(const std::string& scenario = kBlockScenario)
-      : name_("modbus_" + std::to_string(getpid())),
-        domain_(std::to_string(test_domain())),
-        server_({kBin + "/takt-server", scenario, "--paused", "--cell", name_, "--domain", domain_, "--lod",
-                 "1"}) {
-    EXPECT_TRUE(server_.wait_for_output("ready")) << server_.text;
-    ClientOptions options;
-    options.cell = name_;
-    options.domain = std::stoi(domain_);
-    options.timeout = Seconds(60.0);
-    options.liveliness_timeout = Seconds(60.0);
-    client_.emplace(options);
-  }
-  ~Cell() {
-    client_->set_state(SimulationState::quitting);
-    EXPECT_EQ(server_.wait(), 0) << server_.text;
-  }
-  Cell(const Cell&) = delete;
-  Cell& operator=(const Cell&) = delete;
+  explicit Cell(const std::string& scenario = kBlockScenario) : ProgramCell("modbus", scenario) {}
 
-  Client& client() { return *client_; }
-  const std::string& name() const { return name_; }
-  const std::string& domain() const { return domain_; }
   std::vector<std::string> gateway(const std::string& mapping, std::vector<std::string> arguments) {
     directory_.write("mapping.yaml", "takt_modbus: 1\nport: " + std::to_string(test_port()) + "\n" + mapping);
-    std::vector<std::string> command{
-        kBin + "/takt-modbus", directory_ / "mapping.yaml", "--cell", name_, "--domain", domain_};
-    command.insert(command.end(), arguments.begin(), arguments.end());
-    return command;
+    arguments.insert(arguments.begin(), directory_ / "mapping.yaml");
+    return command("takt-modbus", arguments);
   }
   /// True when the last command of the gripper closes it (or opens it).
   bool becomes(const std::string& gripper, bool closed) {
-    return client_
-        ->wait_for(
+    return client()
+        .wait_for(
             topics::state, [&](const State& state) { return state.gripper(gripper).closed == closed; },
             Seconds{60.0})
         .has_value();
   }
 
  private:
-  const std::string name_, domain_;
-  ChildProcess server_;
   TemporaryDirectory directory_;
-  std::optional<Client> client_;
 };
 
 std::vector<std::string> python(const std::string& program, std::vector<std::string> arguments) {
@@ -343,16 +313,9 @@ class PlcRun {
     std::string mapping((std::istreambuf_iterator<char>(in)), {});
     for (const char* key : {"takt_modbus: 1\n", "port: 5020\n"})
       mapping.erase(mapping.find(key), std::string(key).size());
-    std::vector<std::string> command{kBin + "/takt-controller",
-                                     plc / "carry.lua",
-                                     "--cell",
-                                     cell.name(),
-                                     "--domain",
-                                     cell.domain(),
-                                     "--pace",
-                                     "realtime"};
-    for (const std::string& place : places_) command.insert(command.end(), {"--set", place});
-    robot = std::make_unique<ChildProcess>(command);
+    std::vector<std::string> arguments{plc / "carry.lua", "--pace", "realtime"};
+    for (const std::string& place : places_) arguments.insert(arguments.end(), {"--set", place});
+    robot = std::make_unique<ChildProcess>(cell.command("takt-controller", arguments));
     gateway = std::make_unique<ChildProcess>(cell.gateway(mapping, {"--start"}));
     ASSERT_TRUE(gateway->wait_for_output("Listens")) << gateway->text;
     ladder = std::make_unique<ChildProcess>(std::vector<std::string>{folder / "run.sh"});
