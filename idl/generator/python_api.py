@@ -214,9 +214,8 @@ def enumerations(reader):
     text += "from __future__ import annotations\n\nimport enum\n"
     for one in used_enumerations(reader):
         text += f"\n\nclass {one.name}(enum.Enum):\n    \"\"\"{one.doc}\"\"\"\n\n"
-        docs = {of.name: of.doc or of.name.replace("_", " ") for of in one.enumerators}  # a word may say all
-        text += "".join(f"    {of.name} = {of.value}\n    \"\"\"{docs[of.name]}\"\"\"\n" for of in one.enumerators) + "\n\n"
-        text += "".join(f"{one.name}.{of.name}.__doc__ = {docs[of.name]!r}\n" for of in one.enumerators)
+        text += "".join(f"    {of.name} = {of.value}\n    \"\"\"{of.doc}\"\"\"\n" for of in one.enumerators) + "\n\n"
+        text += "".join(f"{one.name}.{of.name}.__doc__ = {of.doc!r}\n" for of in one.enumerators)
     return text
 
 
