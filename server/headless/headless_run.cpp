@@ -108,6 +108,7 @@ HeadlessResult run_headless(Simulation& simulation, const Scenario& scenario, co
       }
       if (!simulation.step(commands)) {
         result.fault = simulation.fault();
+        note_warning(fault_record(simulation));
         break;
       }
       for (const ConnectionChange& change : simulation.events().connection_changes)

@@ -82,6 +82,18 @@ TEST(RunSummary, RobotsAndGrippersHaveTheirLargestLoads) {
   EXPECT_THAT(done.words, HasSubstr("\nlargest load  "));
 }
 
+TEST(RunSummary, TheFaultThatEndsARunIsAmongTheWarnings) {
+  const Summarised done =
+      run("contact/drop.yaml", {{"world.bounds_m={lower: [-1, -1, 0.01], upper: [1, 1, 2]}"}}, 0.5);
+  const Json& warnings = done.report["warnings"];
+  ASSERT_FALSE(warnings.empty());
+  EXPECT_EQ(warnings.back()["severity"], "error");
+  EXPECT_EQ(warnings.back()["code"], "simulation_fault");
+  EXPECT_THAT(warnings.back()["message"].get<std::string>(),
+              HasSubstr(done.report["fault"].get<std::string>()));
+  EXPECT_THAT(done.words, HasSubstr("has left the world"));
+}
+
 TEST(RunSummary, WarningsAreThoseOfTheServersEvents) {
   const Summarised done = run("weak_grip.yaml", {}, 9.0);
   const Json& warnings = done.report["warnings"];
