@@ -3,6 +3,7 @@
 // own does it, so that the protocol's thread never waits for DDS.
 #include <condition_variable>
 #include <cstdint>
+#include <functional>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -20,6 +21,14 @@ struct PeerStatus {
   std::uint64_t messages = 0;  ///< applied or answered
   std::uint64_t late = 0;      ///< cycles without a message in time
 };
+
+/// Waits of this thread call `poll` while it is set; those of a GatewayReporter's thread do not. `poll` outlives the client.
+inline ClientOptions polled_by_this_thread(ClientOptions options, const std::function<void()>& poll) {
+  options.while_waiting = [&poll, own = std::this_thread::get_id()] {
+    if (poll && std::this_thread::get_id() == own) poll();
+  };
+  return options;
+}
 
 class GatewayReporter {
  public:

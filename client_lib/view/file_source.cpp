@@ -183,14 +183,9 @@ Answer FileSource::request(const std::string& name, const Arguments& arguments) 
 
 template <Request... Types>
 Answer FileSource::execute_one_of(const std::string& name, const Arguments& arguments) {
-  Answer answer;
-  const auto executed = [&]<Request Type>(Type request) {
-    if (name != request_info<Type>().name) return false;
-    const auto fault = read_arguments(name, arguments, request);
-    answer = fault ? Answer{fault->result, fault->sentence, {}} : execute(request);
-    return true;
-  };
-  if ((executed(Types{}) || ...)) return answer;
+  if (auto answer =
+          answer_one_of<Types...>(name, arguments, [this](const auto& request) { return execute(request); }))
+    return *std::move(answer);
   const std::string_view names[] = {request_info<Types>().name...};
   return {ControlResult::unsupported,
           "A recording has no request '" + name + "'; it has " + join(names, ", ") + ".",

@@ -124,7 +124,7 @@ void LiveSource::reach() {
 
 Answer LiveSource::request(const std::string& name, const Arguments& arguments) {
   try {
-    if (Pendant::has(name)) return pendant_.request(name, arguments);
+    if (auto answer = pendant_.request(name, arguments)) return *std::move(answer);
     reach();
     Reply reply = client_->request(name, arguments);
     return {ControlResult::ok, std::move(reply.message), std::move(reply.values)};

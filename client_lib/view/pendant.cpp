@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "client_lib/kinematics/arm.h"
 #include "idl/common/eigen_messages.h"
+#include "idl/common/text.h"
 
 namespace takt::view {
 namespace {
@@ -27,12 +27,6 @@ ClientOptions weakest(ClientOptions options) {
   throw ClientError(ClientError::Kind::refused, sentence, result);
 }
 
-std::string moves_for(double duration_s, bool playing) {
-  char text[64];
-  std::snprintf(text, sizeof(text), " moves for %.1f s", duration_s);
-  return text + std::string(playing ? "." : " once the simulation plays.");
-}
-
 }  // namespace
 
 Pendant::Pendant(ClientOptions options) : options_(weakest(std::move(options))), thread_([this] { run(); }) {}
@@ -50,7 +44,10 @@ Pendant::~Pendant() {
 void Pendant::run() {
   std::unique_lock lock(mutex_);
   while (!over_) {
-    changed_.wait_for(lock, kLook);
+    if (client_)
+      changed_.wait_for(lock, kLook);
+    else
+      changed_.wait(lock);
     if (!client_ || std::chrono::steady_clock::now() < newest_ + kAfter) continue;
     bool needed = false;
     try {
@@ -61,17 +58,21 @@ void Pendant::run() {
   }
 }
 
+std::optional<Answer> Pendant::request(const std::string& name, const Arguments& arguments) {
+  return answer_one_of<pendant::JogJoints, pendant::JogLine, pendant::StopJogging, pendant::CommandGripper,
+                       pendant::CommandSignal>(
+      name, arguments, [this](const auto& request) { return execute_as_sender(request); });
+}
+
 template <Request Type>
-Answer Pendant::read_and_execute(const Arguments& arguments) {
-  Type wanted{};
-  const std::string name(request_info<Type>().name);
-  if (const auto fault = read_arguments(name, arguments, wanted)) return {fault->result, fault->sentence, {}};
+Answer Pendant::execute_as_sender(const Type& request) {
   const std::lock_guard lock(mutex_);
   if (client_ && !client_->connected()) client_.reset();
   if (!client_) client_ = std::make_unique<Client>(options_);
   newest_ = std::chrono::steady_clock::now();
+  changed_.notify_all();
   try {
-    return execute(wanted);
+    return execute(request);
   } catch (const ClientError& error) {
     if (!error.result()) throw;
     return {*error.result(), error.what(), {}};
@@ -81,20 +82,6 @@ Answer Pendant::read_and_execute(const Arguments& arguments) {
     if (sentence.back() != '.') sentence += '.';
     return {ControlResult::failed, sentence, {}};
   }
-}
-
-bool Pendant::has(const std::string& request) {
-#define TAKT_IS_NAME(Name) || request == request_info<pendant::Name>().name
-  return false TAKT_FOR_EACH_PENDANT_REQUEST(TAKT_IS_NAME);
-#undef TAKT_IS_NAME
-}
-
-Answer Pendant::request(const std::string& name, const Arguments& arguments) {
-#define TAKT_EXECUTE(Name) \
-  if (name == request_info<pendant::Name>().name) return read_and_execute<pendant::Name>(arguments);
-  TAKT_FOR_EACH_PENDANT_REQUEST(TAKT_EXECUTE)
-#undef TAKT_EXECUTE
-  return {ControlResult::unsupported, "The pendant has no request '" + name + "'.", {}};
 }
 
 void Pendant::require_free(const char* kind, const std::string& target, int index) const {
@@ -119,8 +106,17 @@ std::vector<double> Pendant::standing(const std::string& robot) const {
   return now.position;
 }
 
+template <Request Type>
+Answer Pendant::move(const std::string& robot, const std::vector<TrajectoryPoint>& points) {
+  const double duration_s = send(robot, points);
+  const bool plays = client_->status().state == SimulationState::playing;
+  return {ControlResult::ok,
+          "'" + robot + "' moves for " + fixed_text(duration_s, 1) + " s" +
+              (plays ? "." : " once the simulation plays."),
+          arguments_of(ResponseOf<Type>{duration_s})};
+}
+
 double Pendant::send(const std::string& robot, const std::vector<TrajectoryPoint>& points) {
-  require_free("robot", robot, client_->cell()->find_robot(robot));
   client_->send_trajectory(robot, points);
   const double duration_s = points.empty() ? 0.0 : points.back().time_s;
   until_s_ = client_->state().time + duration_s;
@@ -130,12 +126,8 @@ double Pendant::send(const std::string& robot, const std::vector<TrajectoryPoint
 Answer Pendant::execute(const pendant::JogJoints& request) {
   const std::vector<double> from = standing(request.robot);
   const Arm arm(*client_->cell(), request.robot);
-  const double duration_s =
-      send(request.robot, arm.plan_joint_move(from, request.positions, {.speed = request.speed}));
-  return {
-      ControlResult::ok,
-      "'" + request.robot + "'" + moves_for(duration_s, client_->status().state == SimulationState::playing),
-      arguments_of(pendant::JogJointsResponse{duration_s})};
+  return move<pendant::JogJoints>(request.robot,
+                                  arm.plan_joint_move(from, request.positions, {.speed = request.speed}));
 }
 
 Answer Pendant::execute(const pendant::JogLine& request) {
@@ -157,14 +149,11 @@ Answer Pendant::execute(const pendant::JogLine& request) {
   options.acceleration_m_per_s2 = kAcceleration_per_speed * request.speed;
   options.rotation_speed_rad_per_s = kRotation_per_translation * request.speed;
   options.rotation_acceleration_rad_per_s2 = kAcceleration_per_speed * options.rotation_speed_rad_per_s;
-  const double duration_s = send(request.robot, arm.plan_line(from, goal, options));
-  return {
-      ControlResult::ok,
-      "'" + request.robot + "'" + moves_for(duration_s, client_->status().state == SimulationState::playing),
-      arguments_of(pendant::JogLineResponse{duration_s})};
+  return move<pendant::JogLine>(request.robot, arm.plan_line(from, goal, options));
 }
 
 Answer Pendant::execute(const pendant::StopJogging& request) {
+  require_free("robot", request.robot, client_->cell()->find_robot(request.robot));
   (void)send(request.robot, {});
   return {ControlResult::ok, "'" + request.robot + "' stops.", {}};
 }

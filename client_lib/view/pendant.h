@@ -3,9 +3,9 @@
 // as a client of the weakest ownership strength. It is a sender only while it moves something and a few seconds after, so
 // that other senders get their targets.
 #include <condition_variable>
-#include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 
@@ -22,13 +22,12 @@ class Pendant {
   Pendant(const Pendant&) = delete;
   Pendant& operator=(const Pendant&) = delete;
 
-  static bool has(const std::string& request);
-  /// Throws ClientError where the cell does not answer. One thread.
-  Answer request(const std::string& name, const Arguments& arguments);
+  /// std::nullopt: the request has another name. Throws ClientError where the cell does not answer. One thread.
+  std::optional<Answer> request(const std::string& name, const Arguments& arguments);
 
  private:
   template <Request Type>
-  Answer read_and_execute(const Arguments& arguments);
+  Answer execute_as_sender(const Type& request);
   Answer execute(const pendant::JogJoints& request);
   Answer execute(const pendant::JogLine& request);
   Answer execute(const pendant::StopJogging& request);
@@ -39,6 +38,9 @@ class Pendant {
   void require_free(const char* kind, const std::string& target, int index) const;
   /// The positions of a robot that stands. Throws ClientError (refused) where it moves.
   std::vector<double> standing(const std::string& robot) const;
+  /// Sends a motion whose duration is the response.
+  template <Request Type>
+  Answer move(const std::string& robot, const std::vector<TrajectoryPoint>& points);
   /// Returns the simulated time that the motion takes.
   double send(const std::string& robot, const std::vector<TrajectoryPoint>& points);
   void run();

@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -77,6 +78,20 @@ struct Answer {
   std::string message;
   Arguments values;
 };
+/// Executes the request if it is one of these types; std::nullopt: it has another name. Wrong arguments are the answer.
+template <Request... Types, typename Execute>
+std::optional<Answer> answer_one_of(const std::string& name, const Arguments& arguments, Execute&& execute) {
+  std::optional<Answer> answer;
+  const auto answered = [&]<Request Type>(Type request) {
+    if (name != request_info<Type>().name) return false;
+    const auto fault = read_arguments(name, arguments, request);
+    answer = fault ? Answer{fault->result, fault->sentence, {}} : execute(request);
+    return true;
+  };
+  static_cast<void>((answered(Types{}) || ...));
+  return answer;
+}
+
 /// May take its time; called in one thread.
 using Control = std::function<Answer(const std::string& request, const Arguments& arguments)>;
 

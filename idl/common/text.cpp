@@ -35,6 +35,10 @@ std::string hexadecimal_text(std::uint64_t number) {
   return text;
 }
 
+std::string counted(std::size_t count, const char* one, const char* many) {
+  return std::to_string(count) + " " + (count == 1 ? one : many);
+}
+
 std::string lower_text(std::string_view text) {
   std::string lower(text);
   for (char& c : lower)

@@ -16,6 +16,9 @@ std::string fixed_text(double value, int decimals);
 /// "0x" and 16 digits: hashes, as in all reports.
 std::string hexadecimal_text(std::uint64_t number);
 
+/// "1 face is" or "3 faces are".
+std::string counted(std::size_t count, const char* one, const char* many);
+
 /// A to Z as a to z; other bytes as they are.
 std::string lower_text(std::string_view text);
 

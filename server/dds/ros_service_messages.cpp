@@ -11,6 +11,7 @@
 #include "idl/common/text.h"
 #include "idl/common/utf8.h"
 #include "server/dds/ros_filters.h"
+#include "server/runtime/host/file_lists.h"
 
 namespace takt::ros {
 namespace {
@@ -74,11 +75,6 @@ takt_msgs::msg::Quaternion orientation_of(const geometry_msgs::msg::Pose& pose) 
   const auto& q = pose.orientation;
   if (q.x == 0.0 && q.y == 0.0 && q.z == 0.0 && q.w == 0.0) return {};
   return {q.x, q.y, q.z, q.w};
-}
-bool has_extension(const std::string& uri, const std::vector<std::string>& extensions) {
-  const std::string extension = lower_text(std::filesystem::path(uri).extension().string());
-  return std::any_of(extensions.begin(), extensions.end(),
-                     [&](const std::string& one) { return extension == "." + one; });
 }
 bool is_world(const std::string& frame) {
   return frame.empty() || frame == kWorldFrame;

@@ -16,10 +16,7 @@ class SenderRegistry {
   std::uint64_t id(const DdsGuid& guid) {
     const std::lock_guard lock(mutex_);
     const auto [place, is_new] = ids_.try_emplace(guid, ids_.size() + 1);
-    if (is_new) {
-      texts_[place->second] = text_of(guid);
-      guids_[place->second] = guid;
-    }
+    if (is_new) guids_[place->second] = guid;
     return place->second;
   }
   /// The name of a participant that was discovered; an empty one once it is gone.
@@ -36,19 +33,18 @@ class SenderRegistry {
     const auto sender = guids_.find(id);
     if (sender == guids_.end()) return {};
     const auto name = names_.find(sender->second.guidPrefix);
-    return name == names_.end() ? texts_.at(id) : name->second;
+    return name == names_.end() ? text_of(sender->second) : name->second;
   }
   /// Empty for 0 and for a number without a sender.
   std::string text(std::uint64_t id) const {
     const std::lock_guard lock(mutex_);
-    const auto place = texts_.find(id);
-    return place == texts_.end() ? std::string() : place->second;
+    const auto sender = guids_.find(id);
+    return sender == guids_.end() ? std::string() : text_of(sender->second);
   }
 
  private:
   mutable std::mutex mutex_;
   std::map<DdsGuid, std::uint64_t> ids_;
-  std::map<std::uint64_t, std::string> texts_;
   std::map<std::uint64_t, DdsGuid> guids_;
   std::map<rtps::GuidPrefix_t, std::string> names_;  ///< of the participants that are there
 };

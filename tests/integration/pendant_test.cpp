@@ -25,7 +25,8 @@ using takt::view::Pendant;
 
 template <typename Request>
 Answer ask(Pendant& pendant, const Request& request) {
-  return pendant.request(std::string(takt::request_info<Request>().name), takt::arguments_of(request));
+  return pendant.request(std::string(takt::request_info<Request>().name), takt::arguments_of(request))
+      .value();
 }
 
 /// The joints of a robot once it has moved and stands again.

@@ -3,7 +3,6 @@
 #include <chrono>
 #include <cmath>
 #include <functional>
-#include <thread>
 
 #include "client_lib/gateway/egm/follower.h"
 #include "client_lib/gateway/force_sensor.h"
@@ -370,11 +369,7 @@ class SensorSide {
 
 int run_egm(const GatewayOptions& options) {
   std::function<void()> while_waiting;
-  ClientOptions client_options = options.client;
-  client_options.while_waiting = [&while_waiting, own = std::this_thread::get_id()] {
-    if (std::this_thread::get_id() == own && while_waiting) while_waiting();  // a GatewayReporter waits too
-  };
-  Client client(client_options);
+  Client client(polled_by_this_thread(options.client, while_waiting));
   const auto cell = client.cell();
   const EgmMapping mapping = read_egm_mapping(options.mapping, *cell);
   if (mapping.role == EgmRole::sensor) {

@@ -4,7 +4,6 @@
 #include <functional>
 #include <map>
 #include <optional>
-#include <thread>
 
 #include "client_lib/gateway/cell_link.h"
 #include "client_lib/gateway/event_loop.h"
@@ -30,6 +29,14 @@ constexpr auto kReconnect = 500ms;
 constexpr auto kReplyTimeout = 1s;
 /// How often a server in lockstep that waits for allow_step looks at its connections.
 constexpr auto kAgain = 100ms;
+
+CellLinkOptions link_options(const GatewayOptions& options, const ModbusMapping& m) {
+  return {.name = options.name,
+          .protocol = kProtocol,
+          .period_s = m.period_s,
+          .most_interval_s = 1.0,
+          .needs_wall_time = false};
+}
 
 bool due(const GatewayOptions& options, const State& state) {
   return options.until_s && state.time >= *options.until_s - kTimeTolerance_s;
@@ -179,13 +186,7 @@ class RealtimeServer {
 
   int run(Client& client) {
     if (options_.start) client.set_pace(Pace::realtime);
-    CellLink link(client,
-                  {.name = options_.name,
-                   .protocol = kProtocol,
-                   .period_s = m_.period_s,
-                   .most_interval_s = 1.0,
-                   .needs_wall_time = false},
-                  m_.targets());
+    CellLink link(client, link_options(options_, m_), m_.targets());
     if (options_.start) client.play();
     link.supervise();
     begin(*link.state());
@@ -310,13 +311,7 @@ class PollingClient {
 
   int run(Client& client) {
     if (options_.start) client.set_pace(Pace::realtime);
-    CellLink link(client,
-                  {.name = options_.name,
-                   .protocol = kProtocol,
-                   .period_s = m_.period_s,
-                   .most_interval_s = 1.0,
-                   .needs_wall_time = false},
-                  m_.targets());
+    CellLink link(client, link_options(options_, m_), m_.targets());
     link_ = &link;
     if (options_.start) client.play();
     link.supervise();
@@ -445,11 +440,7 @@ class PollingClient {
 
 int run_modbus(const GatewayOptions& options) {
   std::function<void()> while_waiting;
-  ClientOptions client_options = options.client;
-  client_options.while_waiting = [&while_waiting, own = std::this_thread::get_id()] {
-    if (std::this_thread::get_id() == own && while_waiting) while_waiting();  // a GatewayReporter waits too
-  };
-  Client client(client_options);
+  Client client(polled_by_this_thread(options.client, while_waiting));
   const auto cell = client.cell();
   const ModbusMapping mapping = read_modbus_mapping(options.mapping, *cell);
   if (mapping.role == ModbusRole::client) {

@@ -2,7 +2,6 @@
 
 #include <chrono>
 #include <functional>
-#include <thread>
 
 #include "client_lib/gateway/robot_follower.h"
 #include "client_lib/gateway/rsi/sensor_pc.h"
@@ -429,11 +428,7 @@ void say_what_is_not_computed(const GatewayOptions& options, const RsiMapping& m
 
 int run_rsi(const GatewayOptions& options) {
   std::function<void()> while_waiting;
-  ClientOptions client_options = options.client;
-  client_options.while_waiting = [&while_waiting, own = std::this_thread::get_id()] {
-    if (std::this_thread::get_id() == own && while_waiting) while_waiting();  // a GatewayReporter waits too
-  };
-  Client client(client_options);
+  Client client(polled_by_this_thread(options.client, while_waiting));
   const auto cell = client.cell();
   const RsiMapping mapping = read_rsi_mapping(options.mapping, *cell);
   say_what_is_not_computed(options, mapping);

@@ -128,8 +128,4 @@ std::string place_text(const Vec3& p) {
   return text.str();
 }
 
-std::string counted(std::size_t count, const char* one, const char* many) {
-  return std::to_string(count) + " " + (count == 1 ? one : many);
-}
-
 }  // namespace takt

@@ -55,8 +55,7 @@ struct MeshDiagnostic {
   std::string remedy;           ///< what to do, or what the repair did
 };
 
-/// Parts of sentences: "(0.1, 0, 0.2) m"; a number with the given digits; "1 face is" or "3 faces are".
+/// Parts of sentences: "(0.1, 0, 0.2) m"; a number with the given digits.
 std::string place_text(const Vec3& p_B);
-std::string counted(std::size_t count, const char* one, const char* many);
 
 }  // namespace takt

@@ -5,6 +5,7 @@
 #include <utility>
 #include <variant>
 
+#include "idl/common/eigen_messages.h"
 #include "idl/common/text.h"
 #include "server/geometry/mesh/import.h"
 #include "server/runtime/host/allowed_files.h"
@@ -170,21 +171,18 @@ Outcome<requests::GetNamedPoses> CellHost::execute(const requests::GetNamedPoses
   requests::GetNamedPosesResponse response;
   if (loaded->content) {
     for (const ScenarioNamedPose& named : loaded->content->named_poses) {
-      const Vec3& p = named.X_WP.p;
-      const Quat q = named.X_WP.quaternion();
       auto& pose = response.poses.emplace_back();
       pose.name = named.name;
       pose.description = named.description;
       pose.tags = named.tags;
-      pose.position = {p.x(), p.y(), p.z()};
-      pose.orientation = {q.x(), q.y(), q.z(), q.w()};
+      pose.position = to_vector(named.X_WP.p);
+      pose.orientation = to_quaternion(named.X_WP.quaternion());
       if (!named.bounds_m) continue;
-      const auto& [lower, upper] = *named.bounds_m;
-      pose.lower = {lower.x(), lower.y(), lower.z()};
-      pose.upper = {upper.x(), upper.y(), upper.z()};
+      pose.lower = to_vector((*named.bounds_m)[0]);
+      pose.upper = to_vector((*named.bounds_m)[1]);
     }
   }
-  return {"The scenario names " + std::to_string(response.poses.size()) + " poses.", std::move(response)};
+  return {"The scenario names " + counted(response.poses.size(), "pose.", "poses."), std::move(response)};
 }
 
 Outcome<requests::GetScenario> CellHost::execute(const requests::GetScenario&) const {

@@ -4,6 +4,7 @@
 #include <set>
 #include <string>
 
+#include "idl/common/eigen_messages.h"
 #include "idl/common/text.h"
 #include "server/runtime/host/allowed_files.h"
 #include "server/scenario/scenario_reader.h"
@@ -48,11 +49,7 @@ class Search {
     problems_.push_back(std::move(sentence));
     return false;
   }
-  bool fits(const fs::path& path) const {
-    const std::string extension = lower_text(path.extension().string());
-    return !extension.empty() &&
-           std::find(extensions_.begin(), extensions_.end(), extension.substr(1)) != extensions_.end();
-  }
+  bool fits(const fs::path& path) const { return has_extension(path, extensions_); }
   bool take(const fs::path& path) {
     std::error_code error;
     files_.insert(fs::absolute(path, error).lexically_normal());
@@ -82,13 +79,18 @@ class Search {
   std::vector<std::string> problems_;
 };
 
-std::string counted(std::size_t count, const char* what, const std::vector<std::string>& problems) {
-  std::string sentence = std::to_string(count) + " " + what + (count == 1 ? "." : "s.");
+std::string with_problems(std::string sentence, const std::vector<std::string>& problems) {
   for (const std::string& problem : problems) sentence += " " + problem;
   return sentence;
 }
 
 }  // namespace
+
+bool has_extension(const fs::path& file, const std::vector<std::string>& extensions) {
+  const std::string extension = lower_text(file.extension().string());
+  return std::any_of(extensions.begin(), extensions.end(),
+                     [&](const std::string& one) { return extension == "." + one; });
+}
 
 Outcome<requests::GetScenarios> list_scenarios(const requests::GetScenarios& request,
                                                const fs::path& directory, const fs::path& loaded) {
@@ -116,9 +118,10 @@ Outcome<requests::GetScenarios> list_scenarios(const requests::GetScenarios& req
   }
   if (!reached && response.scenarios.empty()) return Refusal{code, search.problems().front()};
   if (!unreadable.empty())
-    search.report(std::to_string(unreadable.size()) + " file" + (unreadable.size() == 1 ? "" : "s") +
-                  " cannot be read, first " + unreadable.front());
-  return {counted(response.scenarios.size(), "scenario", search.problems()), std::move(response)};
+    search.report(counted(unreadable.size(), "file", "files") + " cannot be read, first " +
+                  unreadable.front());
+  return {with_problems(counted(response.scenarios.size(), "scenario.", "scenarios."), search.problems()),
+          std::move(response)};
 }
 
 Outcome<requests::GetSpawnables> list_spawnables(const requests::GetSpawnables& request,
@@ -134,8 +137,8 @@ Outcome<requests::GetSpawnables> list_spawnables(const requests::GetSpawnables& 
       const int index = cell.find_component(part.name);
       if (index < 0) continue;
       if (const auto box = cell.components[static_cast<std::size_t>(index)].box()) {
-        spawnable.lower = {(*box)[0].x(), (*box)[0].y(), (*box)[0].z()};
-        spawnable.upper = {(*box)[1].x(), (*box)[1].y(), (*box)[1].z()};
+        spawnable.lower = to_vector((*box)[0]);
+        spawnable.upper = to_vector((*box)[1]);
       }
     }
   }
@@ -146,7 +149,8 @@ Outcome<requests::GetSpawnables> list_spawnables(const requests::GetSpawnables& 
     spawnable.uri = file.string();
     spawnable.description = "a Part of the mesh " + file.filename().string() + "; its mass is to be stated";
   }
-  return {counted(response.spawnables.size(), "spawnable", search.problems()), std::move(response)};
+  return {with_problems(counted(response.spawnables.size(), "spawnable.", "spawnables."), search.problems()),
+          std::move(response)};
 }
 
 }  // namespace takt

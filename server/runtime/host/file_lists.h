@@ -9,6 +9,9 @@
 
 namespace takt {
 
+/// One of these, e.g. yaml; capital letters count as small ones.
+bool has_extension(const std::filesystem::path& file, const std::vector<std::string>& extensions);
+
 /// `directory`: of the server's scenarios; empty: none, and the files beside `loaded` are listed, if there is one.
 Outcome<requests::GetScenarios> list_scenarios(const requests::GetScenarios& request,
                                                const std::filesystem::path& directory,

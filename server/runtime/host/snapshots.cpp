@@ -79,8 +79,7 @@ Outcome<requests::SaveSnapshot> Snapshots::save(const requests::SaveSnapshot& re
 Outcome<requests::GetSnapshots> Snapshots::list() const {
   if (!store_) return no_directory();
   requests::GetSnapshotsResponse response{store_->named()};
-  const std::size_t count = response.snapshots.size();
-  return {std::to_string(count) + (count == 1 ? " snapshot." : " snapshots."), std::move(response)};
+  return {counted(response.snapshots.size(), "snapshot.", "snapshots."), std::move(response)};
 }
 
 Outcome<requests::RestoreSnapshot> Snapshots::restore(const requests::RestoreSnapshot& request) {

@@ -109,8 +109,7 @@ BitChange apply(const requests::SetInputs& request, Simulation& simulation) {
     values.push_back({*ref, request.values[i]});
   }
   if (std::string why = simulation.set_inputs(values); !why.empty()) return "No input was set: " + why + ".";
-  return QuietChange{std::to_string(values.size()) +
-                     (values.size() == 1 ? " input is set." : " inputs are set.")};
+  return QuietChange{counted(values.size(), "input is set.", "inputs are set.")};
 }
 
 }  // namespace takt
