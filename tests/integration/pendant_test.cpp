@@ -1,6 +1,7 @@
 // The teach pendant of takt view commands targets without an owner; the status names the owners.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "client_lib/client.h"
@@ -29,10 +30,18 @@ Answer ask(Pendant& pendant, const Request& request) {
       .value();
 }
 
-/// The joints of a robot once it has moved and stands again.
-std::vector<double> joints_after(const Client& client, double time_s) {
-  const auto state = client.wait_for(
-      takt::topics::state, [&](const State& s) { return s.time > time_s; }, kGenerous);
+/// The joints of Robot1 once it is away from `from` and stands: the times of a motion would be compared with a state that may be old.
+std::vector<double> joints_after_motion(const Client& client, const std::vector<double>& from) {
+  const auto arrived = [&](const State& s) {
+    const auto& robot = s.robot("Robot1");
+    double distance = 0.0, speed = 0.0;
+    for (std::size_t i = 0; i < from.size(); ++i) {
+      distance = std::max(distance, std::abs(robot.position[i] - from[i]));
+      speed = std::max(speed, std::abs(robot.velocity[i]));
+    }
+    return distance > 1e-3 && speed < 1e-9;
+  };
+  const auto state = client.wait_for(takt::topics::state, arrived, kGenerous);
   return state ? state->robot("Robot1").position : std::vector<double>{};
 }
 
@@ -42,14 +51,15 @@ TEST(Pendant, MovesJointsAndTheToolAlongALine) {
   Pendant pendant(client_options());
   client.play();
 
-  std::vector<double> wanted = client.state().robot("Robot1").position;
+  const std::vector<double> start = client.state().robot("Robot1").position;
+  std::vector<double> wanted = start;
   wanted[0] += 0.1;
   const Answer joints = ask(pendant, takt::pendant::JogJoints{"Robot1", wanted, 0.5});
   ASSERT_EQ(joints.result, ControlResult::ok) << joints.message;
   takt::pendant::JogJointsResponse response;
   ASSERT_FALSE(takt::read_arguments("jog_joints", joints.values, response));
   EXPECT_GT(response.duration, 0.1);
-  const std::vector<double> reached = joints_after(client, client.state().time + response.duration + 0.1);
+  const std::vector<double> reached = joints_after_motion(client, start);
   ASSERT_EQ(reached.size(), wanted.size());
   for (std::size_t i = 0; i < wanted.size(); ++i) EXPECT_NEAR(reached[i], wanted[i], 1e-9);
 
@@ -62,8 +72,10 @@ TEST(Pendant, MovesJointsAndTheToolAlongALine) {
   ASSERT_EQ(line.result, ControlResult::ok) << line.message;
   takt::pendant::JogLineResponse took;
   ASSERT_FALSE(takt::read_arguments("jog_line", line.values, took));
-  const takt::Pose after =
-      arm.forward_kinematics(joints_after(client, client.state().time + took.duration + 0.1));
+  EXPECT_GT(took.duration, 0.1);
+  const std::vector<double> moved = joints_after_motion(client, reached);
+  ASSERT_EQ(moved.size(), wanted.size());
+  const takt::Pose after = arm.forward_kinematics(moved);
   EXPECT_LT((after.p - (before.p - 0.02 * before.R.col(2))).norm(), 1e-6);
   const Eigen::Matrix3d turned =
       before.R * Eigen::AngleAxisd(0.2, Eigen::Vector3d::UnitX()).toRotationMatrix();

@@ -11,6 +11,8 @@
 #include <string>
 #include <utility>
 
+#include "idl/common/text.h"
+
 namespace takt {
 namespace {
 
