@@ -7,6 +7,7 @@
 #include <numbers>
 #include <string>
 
+#include "config/meshes/generator/cap_screw_meshes.h"
 #include "config/meshes/generator/screw_meshes.h"
 #include "server/contact/surface/polygonal_contact.h"
 #include "tests/support/contact_meshes.h"
@@ -114,6 +115,86 @@ TEST(HeldPatch, BesideItsMotionTheBitsAreThoseOfTheSearch) {
       EXPECT_EQ(a.elements, b.elements) << scene.name;
     }
   }
+}
+
+// A cap screw rattles in its hole: most elements come from afar, past edges that are sharper than a right angle.
+TEST(HeldPatch, NothingPressesAtTheStartThatTheSearchDoesNotFind) {
+  const meshes::CapScrewParameters screw;
+  const auto base = surface(mesh_of(meshes::make_cap_screw(screw))),
+             target = surface(mesh_of(meshes::make_tapped_block(screw)));
+  const RelativeMotion hangs{
+      {Eigen::AngleAxisd(std::numbers::pi, Vec3::UnitX()).toRotationMatrix(), Vec3(0.0, 0.0, 0.0087154)}, {}};
+  PolygonalContact held(base, target, test::frictionless_law()),
+      searched(base, target, test::frictionless_law());
+  Random random(9);
+  double difference = 0.0, sum = 0.0;
+  for (int trial = 0; trial < 20; ++trial) {
+    RelativeMotion start = hangs;
+    start.X_TB.p += random.uniform(0.0, 8e-5) * random.direction();
+    start.V_TB_T = {random.uniform(0.0, 0.05) * random.direction(),
+                    random.uniform(0.0, 12.0) * random.direction()};
+    held.release();
+    ASSERT_TRUE(held.hold(start, 0.0));
+    const ContactResult a = test::evaluate(held, start), b = test::evaluate(searched, start);
+    difference += std::abs(a.elastic_energy_J - b.elastic_energy_J);
+    sum += b.elastic_energy_J;
+    EXPECT_LT(a.elastic_energy_J, 1.02 * b.elastic_energy_J + 1e-12) << "trial " << trial;
+  }
+  EXPECT_GT(sum, 0.0);
+  EXPECT_LT(difference, 0.01 * sum);
+  RecordProperty("difference", std::to_string(difference / sum));
+}
+
+// Beside its path an element passes other edges than on it.
+TEST(HeldPatch, BesideItsMotionAnElementPressesAsTheSearchFinds) {
+  const meshes::CapScrewParameters screw;
+  const auto base = surface(mesh_of(meshes::make_cap_screw(screw))),
+             target = surface(mesh_of(meshes::make_tapped_block(screw)));
+  const RelativeMotion hangs{
+      {Eigen::AngleAxisd(std::numbers::pi, Vec3::UnitX()).toRotationMatrix(), Vec3(0.0, 0.0, 0.0087154)}, {}};
+  constexpr double kBeside_m = 1.5e-5;
+  PolygonalContact held(base, target, test::frictionless_law()),
+      searched(base, target, test::frictionless_law());
+  Random random(11);
+  double difference = 0.0, sum = 0.0;
+  for (int trial = 0; trial < 60; ++trial) {
+    RelativeMotion start = hangs;
+    start.X_TB.p += random.uniform(0.0, 3e-5) * random.direction();
+    start.V_TB_T = {random.uniform(0.0, 0.02) * random.direction(),
+                    Vec3(0.0, 0.0, random.uniform(-12.0, 12.0))};
+    held.release();
+    ASSERT_TRUE(held.hold(start, 0.0));
+    const std::uint64_t searches = held.counts().searches;
+    for (int i = 0; i < 8; ++i) {
+      RelativeMotion now = after(start, random.uniform(0.0, 1.5e-3));
+      now.X_TB.p += kBeside_m * random.direction();
+      const double a = test::evaluate(held, now).elastic_energy_J,
+                   b = test::evaluate(searched, now).elastic_energy_J;
+      EXPECT_NEAR(a, b, 1e-3 * b + 1e-12) << "trial " << trial;
+      difference += std::abs(a - b), sum += b;
+    }
+    EXPECT_EQ(held.counts().searches, searches) << "trial " << trial;
+  }
+  EXPECT_GT(sum, 0.0);
+  EXPECT_LT(difference, 1e-5 * sum);
+  RecordProperty("difference", std::to_string(difference / sum));
+}
+
+TEST(HeldPatch, APatchIsHeldForTwiceAsLongAsTheOneBeforeServed) {
+  constexpr double kNext_s = 1e-4, kServed_s = 0.0075;
+  const SlidingScene scene = sliding_scenes().front();
+  PolygonalContact contact(scene.base, scene.target, test::frictionless_law());
+  EXPECT_TRUE(contact.hold(scene.motion, kNext_s));
+  EXPECT_FALSE(contact.hold(after(scene.motion, 0.0015), kNext_s));
+  EXPECT_TRUE(contact.hold(after(scene.motion, kServed_s), 0.003));
+  ASSERT_NE(contact.held_from(), nullptr);
+  EXPECT_NEAR(contact.held_from()->most_s, 2.0 * kServed_s, 1e-6);
+  EXPECT_FALSE(contact.hold(after(scene.motion, 2.9 * kServed_s), kNext_s));
+  // What a snapshot keeps gives the same patch.
+  PolygonalContact restored(scene.base, scene.target, test::frictionless_law());
+  restored.hold_from(*contact.held_from());
+  EXPECT_FALSE(restored.hold(after(scene.motion, 2.9 * kServed_s), kNext_s));
+  EXPECT_TRUE(restored.hold(after(scene.motion, 2.99 * kServed_s), kNext_s));
 }
 
 TEST(HeldPatch, ItIsHeldAsLongAsItCoversTheNextStep) {

@@ -184,9 +184,11 @@ void ContactInteraction::save(StateWriter& out) const {
     out.put_size(springs.size());
     for (const ContactSpring& spring : springs)
       out.put(static_cast<double>(spring.element)), out.put(spring.anchor_T);
-    const RelativeMotion* held = pair->contact.held_from();
+    const HeldFrom* held = pair->contact.held_from();
     out.put(held != nullptr);
-    if (held != nullptr) out.put(held->X_TB), out.put(held->V_TB_T.v), out.put(held->V_TB_T.w);
+    if (held == nullptr) continue;
+    out.put(held->motion.X_TB), out.put(held->motion.V_TB_T.v), out.put(held->motion.V_TB_T.w);
+    out.put(held->most_s);
   }
 }
 
@@ -230,7 +232,7 @@ void ContactInteraction::load(StateReader& in) {
       motion.X_TB = in.pose("a held pose");
       motion.V_TB_T.v = in.vector("a held velocity");
       motion.V_TB_T.w = in.vector("a held angular velocity");
-      pair.contact.hold_from(motion);
+      pair.contact.hold_from({motion, in.number("the time for which a patch is held")});
     }
     if (!is_near) pool_.give_back(pair);
   }

@@ -366,19 +366,19 @@ void ContactSearch::find(const HeldMotion& motion, HeldPatch& patch) const {
   patch.clear();
   if (base_.clusters.empty()) return;
   HeldPath path;
-  const double piece_s = motion.horizon_s / static_cast<double>(motion.pieces);
   for (std::size_t i = 0; i <= motion.pieces; ++i)
-    path.X_TB[i] = motion.pose(static_cast<double>(i) * piece_s, base_.box.center_B);
+    path.X_TB[i] = motion.pose(static_cast<double>(i) * motion.piece_s, base_.box.center_B);
   const Mat3 R_BT = motion.X_TB.R.transpose();
   path.way_B.w = motion.horizon_s * (R_BT * motion.w_T);
   path.way_B.v = motion.horizon_s * (R_BT * motion.v_T) - path.way_B.w.cross(base_.box.center_B);
   path.pieces = motion.pieces;
+  path.least_pieces = motion.least_pieces;
   path.margin_m = motion.margin_m;
   path.most_inclined_m = kInclinedFaces * target_.face_size_m();
   visit(0, path, patch);
 }
 
-void ContactSearch::visit(std::size_t index, const HeldPath& path, HeldPatch& patch) const {
+void ContactSearch::visit(std::size_t index, HeldPath& path, HeldPatch& patch) const {
   const ContactCluster& cluster = base_.clusters[index];
   const Pose& X_TB = path.X_TB.front();
   // Surfaces that touch face each other: an element comes closer along its own normal, and by what the Target's
@@ -401,24 +401,35 @@ void ContactSearch::visit(std::size_t index, const HeldPath& path, HeldPatch& pa
   }
   const std::size_t count = cluster.end - cluster.begin;
   std::array<ElementPath, kLeaf> elements;
-  std::array<std::int32_t, kLeaf> faces;
+  std::array<NearFace, kLeaf> faces;
   for (std::size_t i = 0; i < count; ++i) {
     const std::size_t e = cluster.begin + i;
     elements[i].p_B = base_.point(e);
     const Vec3 way_B = path.way_B.at(elements[i].p_B);
     elements[i].reach_m = reach_m(way_B.dot(base_.normal(e)), way_B.norm());
   }
-  find_nearest(target_, X_TB, {elements.data(), count}, {faces.data(), count});
+  find_nearest(target_, X_TB, {elements.data(), count}, path.margin_m, {faces.data(), count});
   FaceStrip strip;
   for (std::size_t i = 0; i < count; ++i) {
-    if (faces[i] < 0) continue;
+    if (faces[i].face < 0) continue;
     const std::size_t e = cluster.begin + i;
     Vec3 x_T = X_TB * elements[i].p_B;
     for (std::size_t piece = 0; piece < path.pieces; ++piece) {
       const Vec3 next_T = path.X_TB[piece + 1] * elements[i].p_B;
-      follow_path(target_, x_T, next_T - x_T, path.margin_m, faces[i], strip);
-      if (strip.least_m <= path.margin_m)
-        patch.add(piece, static_cast<std::int32_t>(e), elements[i].p_B, base_.area_m2[e], strip);
+      follow_path(target_, x_T, next_T - x_T, path.margin_m, faces[i].face, strip);
+      if (strip.least_m <= path.margin_m) {
+        // Faces that are followed from afar need not be the closest ones.
+        if (faces[i].apart && piece > 0) {
+          elements[i].reach_m = (next_T - x_T).norm() + path.margin_m;
+          find_nearest(target_, path.X_TB[piece], {&elements[i], 1}, path.margin_m, {&faces[i], 1});
+          if (faces[i].face < 0) break;
+          follow_path(target_, x_T, next_T - x_T, path.margin_m, faces[i].face, strip);
+        }
+        if (strip.least_m <= path.margin_m)
+          patch.add(piece, static_cast<std::int32_t>(e), elements[i].p_B, base_.area_m2[e], strip);
+      }
+      if (strip.least_m < -path.margin_m)
+        path.pieces = std::min(path.pieces, std::max(piece, path.least_pieces));
       x_T = next_T;
     }
   }

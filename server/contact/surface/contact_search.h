@@ -60,7 +60,7 @@ class ContactSearch {
   struct HeldPath {
     std::array<Pose, HeldPatch::kPieces + 1> X_TB;  ///< at the ends of the pieces
     Twist way_B;                                    ///< displacement of points of the Base, of first order
-    std::size_t pieces = 1;
+    std::size_t pieces = 1, least_pieces = 1;
     double margin_m = 0.0, most_inclined_m = 0.0;
   };
   void visit(std::size_t index, const Planes* from);
@@ -73,7 +73,7 @@ class ContactSearch {
   void add_from_lists(Open& open, State& state);
   void add_from_faces(const ContactCluster& cluster, State& state);
   void travel(const Pose& X_TB);
-  void visit(std::size_t index, const HeldPath& path, HeldPatch& patch) const;
+  void visit(std::size_t index, HeldPath& path, HeldPatch& patch) const;
   void make_room(std::size_t count);
 
   const ContactSurface::Data& base_;

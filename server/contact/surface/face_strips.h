@@ -1,7 +1,7 @@
 #pragma once
 // The Target along the path of an element of the Base: the plane of the face closest to the element, and those
-// of the faces that it passes over on its way. On the path, and beside it as far as the same faces are closest,
-// the height above these planes is the distance from the surface, but for the rounding of edges that go inwards.
+// of the faces that it passes over on its way. On the path, and beside it up to edges beyond that
+// beside it, the height above these planes is the distance from the surface, but for the rounding of edges that go inwards.
 #include <array>
 #include <span>
 
@@ -18,6 +18,11 @@ struct FaceStrip {
   /// From the plane before: 1 at a convex edge, beyond which this plane is the higher one, -1 at an edge that
   /// goes inwards, beyond which it is the lower one, 0 of the first plane.
   std::array<double, kPlanes> side;
+  /// To each: the plane beyond an edge that the element may pass beside its path, else null. A strip without it would
+  /// press too much beyond a convex edge; beyond a sharp edge that goes inwards it would give way, and the next one would
+  /// press again, which adds energy.
+  std::array<const ContactPatch*, kPlanes> beside;
+  std::array<double, kPlanes> beside_side;  ///< of that edge, as `side`
 };
 
 /// An element of the Base at the start of its path.
@@ -26,9 +31,15 @@ struct ElementPath {
   double reach_m = 0.0;  ///< Targets further away than this at the start are not near
 };
 
-/// Faces of the Target that are closest to at most FaceOctree::kBatch elements at one pose; -1: none is near.
+/// The face of the Target that is closest to an element, and whether the element is further outside than a margin.
+struct NearFace {
+  std::int32_t face = -1;  ///< -1: none is near
+  bool apart = false;
+};
+
+/// Of at most FaceOctree::kBatch elements at one pose.
 void find_nearest(const ContactSurface::Data& target, const Pose& X_TB, std::span<const ElementPath> elements,
-                  std::span<std::int32_t> faces);
+                  double margin_m, std::span<NearFace> faces);
 
 /// The strip of a straight piece of a path, from x_T to x_T + path_T, and of as much as `beside_m` before and
 /// behind it. `face`: the closest one where the strip begins, then the one where the next piece's begins.

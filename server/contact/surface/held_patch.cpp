@@ -14,6 +14,8 @@ using simd4::V4x3;
 using Rows = ElementRows;
 static_assert(HeldPatch::kLanes * sizeof(double) == sizeof(V4));
 
+constexpr HeldPatch::Plane kNothingBeside{};  // side 0
+
 struct Transform {
   double R[3][3], p[3];
   explicit Transform(const Pose& X) {
@@ -33,6 +35,19 @@ TAKT_LANE_INLINE void turn(const Transform& X, const V4x3& a, V4x3& to) {
 TAKT_LANE_INLINE void load(const HeldPatch::Plane& plane, V4x3& normal, V4& offset) {
   simd4::load(plane.x.data(), plane.y.data(), plane.z.data(), normal);
   simd4::load(plane.offset_m.data(), offset);
+}
+
+/// Beyond an edge beside the path: a convex one has the higher plane, one that goes inwards the lower one.
+TAKT_LANE_INLINE void take_beside(const HeldPatch::Plane& beside, const V4x3& x, V4& height, V4x3& normal) {
+  V4x3 n;
+  V4 offset, h, side;
+  load(beside, n, offset);
+  simd4::load(beside.side.data(), side);
+  simd4::dot(n, x, h);
+  h -= offset;
+  const auto counts = side * (h - height) > 0.0;
+  height = counts ? h : height;
+  normal.x = counts ? n.x : normal.x, normal.y = counts ? n.y : normal.y, normal.z = counts ? n.z : normal.z;
 }
 
 /// Puts the packs with an element inside into the rows, and returns the number of their elements.
@@ -58,14 +73,18 @@ TAKT_LANE_VARIANTS std::size_t fill_packs(const HeldPatch::Pack* packs, std::siz
     // An edge is passed where the planes beside it have the same height, and those before it are passed.
     V4 before = height;
     auto on = zero == zero;
+    const bool beside = pack.stride > 1;
+    if (beside) take_beside(planes[1], x, height, normal);
     for (std::uint32_t k = 1; k < pack.planes; ++k) {
+      const HeldPatch::Plane* plane = planes + k * pack.stride;
       V4 h;
-      load(planes[k], n, offset);
-      simd4::load(planes[k].side.data(), side);
+      load(*plane, n, offset);
+      simd4::load(plane->side.data(), side);
       simd4::dot(n, x, h);
       h -= offset;
       on &= side * (h - before) > 0.0;
       before = h;
+      if (beside) take_beside(plane[1], x, h, n);
       height = on ? h : height;
       normal.x = on ? n.x : normal.x, normal.y = on ? n.y : normal.y, normal.z = on ? n.z : normal.z;
     }
@@ -107,12 +126,14 @@ double HeldMotion::beside_m(const Pose& X_TB_now, const Vec3& center_B, double r
 }
 
 void HeldPatch::clear() {
-  for (Piece& piece : pieces_) piece.size = 0, piece.packs.clear(), piece.planes.clear();
+  for (Piece& piece : pieces_)
+    piece.size = 0, piece.deepest_m = 0.0, piece.packs.clear(), piece.planes.clear();
 }
 
 void HeldPatch::add(std::size_t piece, std::int32_t element, const Vec3& p_B, double area_m2,
                     const FaceStrip& strip) {
   Piece& here = pieces_[piece];
+  here.deepest_m = std::max(here.deepest_m, -strip.least_m);
   const std::size_t lane = here.size % kLanes;
   if (lane == 0) {
     here.packs.emplace_back();
@@ -123,13 +144,36 @@ void HeldPatch::add(std::size_t piece, std::int32_t element, const Vec3& p_B, do
   pack.element[lane] = element;
   pack.x[lane] = p_B.x(), pack.y[lane] = p_B.y(), pack.z[lane] = p_B.z();
   pack.area_m2[lane] = area_m2;
+  const auto* const end = strip.beside.begin() + strip.planes;
+  if (pack.stride == 1 &&
+      std::any_of(strip.beside.begin(), end, [](const ContactPatch* c) { return c != nullptr; }))
+    add_beside(pack, here.planes);
+  const auto put = [lane](const ContactPatch& from, Plane& to) {
+    to.x[lane] = from.normal.x(), to.y[lane] = from.normal.y(), to.z[lane] = from.normal.z();
+    to.offset_m[lane] = from.offset_m;
+  };
   for (std::size_t i = 0; i < strip.planes; ++i) {
-    if (i == pack.planes) here.planes.emplace_back(), ++pack.planes;
-    Plane& plane = here.planes[pack.first + i];
-    const ContactPatch& own = *strip.plane[i];
-    plane.x[lane] = own.normal.x(), plane.y[lane] = own.normal.y(), plane.z[lane] = own.normal.z();
-    plane.offset_m[lane] = own.offset_m;
-    plane.side[lane] = strip.side[i];
+    if (i == pack.planes) {
+      here.planes.emplace_back();
+      if (pack.stride > 1) here.planes.push_back(kNothingBeside);
+      ++pack.planes;
+    }
+    Plane* const plane = here.planes.data() + pack.first + i * pack.stride;
+    put(*strip.plane[i], *plane);
+    plane->side[lane] = strip.side[i];
+    if (strip.beside[i] == nullptr) continue;
+    put(*strip.beside[i], plane[1]);
+    plane[1].side[lane] = strip.beside_side[i];
+  }
+}
+
+/// Of the last pack.
+void HeldPatch::add_beside(Pack& pack, std::vector<Plane>& planes) {
+  pack.stride = 2;
+  planes.resize(pack.first + 2 * pack.planes);
+  for (std::size_t k = pack.planes; k-- > 0;) {
+    planes[pack.first + 2 * k] = planes[pack.first + k];
+    planes[pack.first + 2 * k + 1] = kNothingBeside;
   }
 }
 

@@ -14,12 +14,17 @@
 namespace takt {
 namespace {
 
-/// A patch is held for a path of so many faces of the Target, for this time and angle at most: its pieces are
-/// straight. A piece of it is as long as so many faces.
-constexpr double kHeldFaces = 12.0, kLongestHeld_s = 0.01, kPieceFaces = 1.0, kMostTurn_rad = 0.3;
-/// Points of the Base are beside a held motion by no more than such an acceleration takes them, within a least way
-/// and a share of a face.
-constexpr double kUnforeseen_m_per_s2 = 0.5, kLeastMargin_m = 1e-6, kMarginFaces = 0.05;
+/// A patch is held for a path of so many faces of the Target, and for this angle at most: its pieces are straight. A
+/// piece of it is as long as so many faces.
+constexpr double kHeldFaces = 12.0, kPieceFaces = 1.0, kMostTurn_rad = 0.3;
+/// It is held for up to kLonger times as long as the one before it served, within these times, without one before it for
+/// kFirstHeld_s: a search costs by the length of the motion, and motions that rattle last for a millisecond. A motion that
+/// goes into the Target will not last: from where it is deeper than the margin, a patch is held for a shorter time at most.
+constexpr double kFirstHeld_s = 0.01, kShortestHeld_s = 0.001, kLongestHeld_s = 0.05, kLonger = 2.0,
+                 kLongestIntoTarget_s = 0.01;
+/// Points of the Base are beside a held motion by no more than such an acceleration takes them in a time or in that for
+/// which it is held, within a least way and a share of a face.
+constexpr double kUnforeseen_m_per_s2 = 0.5, kUnforeseen_s = 0.01, kLeastMargin_m = 1e-6, kMarginFaces = 0.05;
 
 Mat3 cross_matrix(const Vec3& a) {
   Mat3 m;
@@ -89,7 +94,7 @@ struct PolygonalContact::Impl {
   ContactCounts counts;
   HeldPatch patch;
   HeldMotion held;
-  RelativeMotion held_from;
+  HeldFrom held_from;
   bool holds = false;
   bool rows_held = false;  ///< the rows are of the patch
   /// The rows are those of this pose: a linearisation follows an evaluation.
@@ -117,7 +122,7 @@ struct PolygonalContact::Impl {
     return target.signed_distance_m(x_T + further_m * inward_T) > 0.0 ? depth_m + further_m : 0.0;
   }
   bool boxes_apart(const Pose& X_TB) const;
-  void start_holding(const RelativeMotion& motion);
+  void start_holding(const HeldFrom& from);
   bool held_covers(const Pose& X_TB, double next_s, double share, double& at_s) const;
   std::size_t find_elements(const RelativeMotion& motion, Twist& V_B);
   /// element_forces() at this motion, after find_elements().
@@ -369,8 +374,9 @@ bool PolygonalContact::can_hold() const {
   return impl_->field == nullptr && !impl_->target.octree.empty();
 }
 
-void PolygonalContact::Impl::start_holding(const RelativeMotion& motion) {
-  held_from = motion;
+void PolygonalContact::Impl::start_holding(const HeldFrom& from) {
+  held_from = from;
+  const RelativeMotion& motion = held_from.motion;
   rows_known = false;
   held.X_TB = motion.X_TB;
   held.w_T = motion.V_TB_T.w;
@@ -380,13 +386,27 @@ void PolygonalContact::Impl::start_holding(const RelativeMotion& motion) {
   holds = std::isfinite(speed);
   if (!holds) return;
   const double face_m = target.face_size_m();
-  held.horizon_s = std::min({kLongestHeld_s, kHeldFaces * face_m / speed, kMostTurn_rad / held.w_T.norm()});
-  held.margin_m = kLeastMargin_m + std::min(kMarginFaces * face_m,
-                                            0.5 * kUnforeseen_m_per_s2 * held.horizon_s * held.horizon_s);
+  const double most_s = std::clamp(held_from.most_s, kShortestHeld_s, kLongestHeld_s);
+  held.horizon_s = std::min({most_s, kHeldFaces * face_m / speed, kMostTurn_rad / held.w_T.norm()});
+  const auto margin_m = [face_m](double horizon_s) {
+    const double unforeseen_s = std::max(kUnforeseen_s, horizon_s);
+    return kLeastMargin_m +
+           std::min(kMarginFaces * face_m, 0.5 * kUnforeseen_m_per_s2 * unforeseen_s * unforeseen_s);
+  };
+  held.margin_m = margin_m(held.horizon_s);
   const double pieces = std::ceil(held.horizon_s * speed / (kPieceFaces * face_m));
-  held.pieces = static_cast<std::size_t>(std::clamp(pieces, 1.0, static_cast<double>(HeldPatch::kPieces)));
+  held.pieces = static_cast<std::size_t>(std::clamp(pieces, 1.0, static_cast<double>(HeldMotion::kPieces)));
+  held.piece_s = held.horizon_s / static_cast<double>(held.pieces);
+  held.least_pieces =
+      std::min(held.pieces, static_cast<std::size_t>(std::ceil(kLongestIntoTarget_s / held.piece_s)));
   ++counts.searches;
   begin_search().find(held, patch);
+  std::size_t beside = 0;
+  while (beside < held.pieces && patch.deepest_m(beside) <= held.margin_m) ++beside;
+  if (beside == held.pieces) return;
+  held.horizon_s =
+      std::min(held.horizon_s, std::max(static_cast<double>(beside) * held.piece_s, kLongestIntoTarget_s));
+  held.margin_m = margin_m(held.horizon_s);
 }
 
 bool PolygonalContact::hold(const RelativeMotion& motion, double next_s) {
@@ -397,15 +417,15 @@ bool PolygonalContact::hold(const RelativeMotion& motion, double next_s) {
   const bool held = impl_->holds;
   impl_->holds = impl_->rows_known = false;
   if (impl_->boxes_apart(motion.X_TB)) return held;
-  impl_->start_holding(motion);
+  impl_->start_holding({motion, held ? kLonger * at_s : kFirstHeld_s});
   return true;
 }
 
-void PolygonalContact::hold_from(const RelativeMotion& motion) {
-  if (can_hold()) impl_->start_holding(motion);
+void PolygonalContact::hold_from(const HeldFrom& from) {
+  if (can_hold()) impl_->start_holding(from);
 }
 
-const RelativeMotion* PolygonalContact::held_from() const {
+const HeldFrom* PolygonalContact::held_from() const {
   return impl_->holds ? &impl_->held_from : nullptr;
 }
 

@@ -51,6 +51,12 @@ RelativeMotion relative_motion(const Pose& X_WB, const Twist& V_WB, const Pose& 
 /// Bit for bit, including the sign of a zero: reuse must not change a result.
 bool same_bits(const RelativeMotion& a, const RelativeMotion& b);
 
+/// The motion along which a patch is held, and for how long at most.
+struct HeldFrom {
+  RelativeMotion motion;
+  double most_s = 0.0;
+};
+
 struct ContactResult {
   Wrench F_B_T;          ///< on the Base about the origin of T, axes of T; the Target gets the negative
   int elements = 0;      ///< with force
@@ -107,9 +113,9 @@ class PolygonalContact {
   /// Discrete, at an accepted point: holds the patch of the straight motion from here on, unless what is held
   /// covers the next `next_s` of it. True if it is another patch now.
   bool hold(const RelativeMotion& motion, double next_s);
-  /// The motion of which the patch is held, for snapshots, and its counterpart; null: none is held.
-  const RelativeMotion* held_from() const;
-  void hold_from(const RelativeMotion& motion);
+  /// From which the patch that is held follows, for snapshots, and its counterpart; null: none is held.
+  const HeldFrom* held_from() const;
+  void hold_from(const HeldFrom& from);
   void release();
 
   /// Discrete, at an accepted point, stick law only: springs stretched beyond the slip limit relax to it,

@@ -101,6 +101,28 @@ void find_vertex_normals(Data& data) {
   }
 }
 
+/// Facets of a round surface are less inclined to each other.
+constexpr double kSharp_rad = 0.35;
+
+void find_sharp_edges(Data& data) {
+  const double least_cos = std::cos(kSharp_rad);
+  for (ContactFace& face : data.faces) {
+    const Vec3& normal = data.patches[static_cast<std::size_t>(face.patch)].normal;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const ContactFace& beyond = data.faces[static_cast<std::size_t>(face.neighbour[k])];
+      const Vec3& other = data.patches[static_cast<std::size_t>(beyond.patch)].normal;
+      if (normal.dot(other) < least_cos && other.dot(face.inward[k]) > 0.0)
+        face.sharp_inwards = static_cast<std::uint8_t>(face.sharp_inwards | 1U << k);
+    }
+  }
+  for (ContactFace& face : data.faces)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const ContactFace& beyond = data.faces[static_cast<std::size_t>(face.neighbour[k])];
+      if (beyond.patch == face.patch && (beyond.sharp_inwards & 7U) != 0)
+        face.sharp_inwards = static_cast<std::uint8_t>(face.sharp_inwards | 8U << k);
+    }
+}
+
 void make_faces(const TriangleMesh& mesh, Data& data) {
   data.vertices = mesh.vertices;
   data.faces.resize(mesh.triangles.size());
@@ -135,6 +157,7 @@ void make_faces(const TriangleMesh& mesh, Data& data) {
   connect_faces(data);
   find_patches(data, normals, areas);
   find_vertex_normals(data);
+  find_sharp_edges(data);
   if (data.curved()) data.octree = FaceOctree(data);
   make_pieces(data);
 }
@@ -426,15 +449,27 @@ bool ContactSurface::Data::inside(const ContactFace& face, const ClosestOnFace& 
   return (x - closest.q).dot(vertex_normal[face.vertex[closest.number]]) < 0.0;
 }
 
+// The bounds of all faces first: they do not wait for each other. Most points are beside the inside of the face that is
+// closest, whose bound is its distance: then no other face is tested.
 NearestFace ContactSurface::Data::nearest_face(const Vec3& x, const FaceOctree::Leaf& leaf) const {
   if (!FaceOctree::has_list(leaf)) return nearest_face(x);
-  NearestFace nearest;
+  const std::span<const FaceOctree::Near> listed = octree.faces(leaf);
   const double from_center_m = octree.from_center_m(leaf, x);
+  std::array<double, FaceOctree::kLong> least_m2;
+  std::size_t count = 0, first = 0;
   double limit_m = INFINITY;
-  for (const FaceOctree::Near& near : octree.faces(leaf)) {
-    if (static_cast<double>(near.at_least_m) - from_center_m > limit_m) break;
-    if (take_nearer(near.face, x, nearest)) limit_m = kFurther * std::sqrt(nearest.closest.squared_m2);
+  for (; count < listed.size(); ++count) {
+    if (static_cast<double>(listed[count].at_least_m) - from_center_m > limit_m) break;
+    const FaceBound bound = bound_of(faces[static_cast<std::size_t>(listed[count].face)], x);
+    least_m2[count] = bound.squared_m2();
+    if (least_m2[count] < least_m2[first]) first = count;
+    if (!(bound.beyond_m < 0.0)) limit_m = std::min(limit_m, kFurther * std::abs(bound.height_m));
   }
+  NearestFace nearest;
+  take_nearer(listed[first].face, x, nearest);
+  for (std::size_t i = 0; i < count; ++i)
+    if (i != first && !(least_m2[i] > kFurther * nearest.closest.squared_m2))
+      take_nearer(listed[i].face, x, nearest);
   return nearest;
 }
 

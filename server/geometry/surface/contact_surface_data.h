@@ -23,6 +23,8 @@ struct ContactFace {
   std::array<std::uint32_t, 3> vertex{};
   std::int32_t patch = -1;
   std::array<std::int32_t, 3> neighbour{};  ///< face beyond the edge from vertex k to k+1
+  std::uint8_t sharp_inwards =
+      0;  ///< bit k: edge k is a corner that goes inwards; 3 + k: the face beyond has one
   /// Signed distance of a point of the plane to edge k, positive inside: inward[k] . x + shift_m[k].
   std::array<Vec3, 3> inward;
   std::array<double, 3> shift_m{};
@@ -140,14 +142,22 @@ struct ContactSurface::Data {
     nearest = {face, closest};
     return true;
   }
-  /// Lower bound of the squared distance (m^2) but for rounding: within its plane a face is no nearer than the
-  /// line of an edge that x is beyond.
-  double least_squared_m2(const ContactFace& face, const Vec3& x) const {
+  /// Bounds the distance of a point from a face but for rounding: within its plane a face is no nearer than the line of
+  /// an edge that the point is beyond.
+  struct FaceBound {
+    double height_m, beyond_m;  ///< above the plane; to the furthest of these lines, negative, or 0
+    double squared_m2() const { return height_m * height_m + beyond_m * beyond_m; }
+  };
+  FaceBound bound_of(const ContactFace& face, const Vec3& x) const {
     const ContactPatch& plane = patches[static_cast<std::size_t>(face.patch)];
-    const double height = plane.normal.dot(x) - plane.offset_m;
-    double beyond = 0.0;
-    for (std::size_t k = 0; k < 3; ++k) beyond = std::min(beyond, face.inward[k].dot(x) + face.shift_m[k]);
-    return height * height + beyond * beyond;
+    FaceBound bound{plane.normal.dot(x) - plane.offset_m, 0.0};
+    for (std::size_t k = 0; k < 3; ++k)
+      bound.beyond_m = std::min(bound.beyond_m, face.inward[k].dot(x) + face.shift_m[k]);
+    return bound;
+  }
+  /// Lower bound of the squared distance (m^2).
+  double least_squared_m2(const ContactFace& face, const Vec3& x) const {
+    return bound_of(face, x).squared_m2();
   }
   /// Walks the hierarchy of all faces. No face for an x that is not finite. A `guess` that is close spares most of
   /// the walk; the result is the same.

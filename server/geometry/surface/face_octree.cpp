@@ -13,8 +13,6 @@ namespace {
 constexpr double kSlack_m = 1e-8;
 /// Lists of this length are not worth a division.
 constexpr std::size_t kShort = 16;
-/// Longer lists cost more than a walk through the hierarchy of faces.
-constexpr std::size_t kLong = 64;
 /// Smallest edge of a cell, and depth to which cells are divided, in mean edges of the faces near it.
 constexpr double kSmallest = 0.6, kBand = 0.5;
 /// Cells outside are divided until the distance of their centre is this many times half of their diagonal.

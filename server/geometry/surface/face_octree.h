@@ -48,6 +48,8 @@ class FaceOctree {
 
   bool empty() const { return leaves_.empty(); }
 
+  /// Most faces of a list: a longer one costs more than a walk through the hierarchy of faces.
+  static constexpr std::size_t kLong = 64;
   /// Points of one call of find().
   static constexpr std::size_t kBatch = 64;
   /// The leaf that has each point (m); null beside the root, where all is outside of the surface. All points
