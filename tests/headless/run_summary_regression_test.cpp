@@ -83,8 +83,9 @@ TEST(RunSummary, RobotsAndGrippersHaveTheirLargestLoads) {
 }
 
 TEST(RunSummary, TheFaultThatEndsARunIsAmongTheWarnings) {
-  const Summarised done =
-      run("contact/drop.yaml", {{"world.bounds_m={lower: [-1, -1, 0.01], upper: [1, 1, 2]}"}}, 0.5);
+  ScenarioOptions options;
+  options.overrides = {"world.bounds_m={lower: [-1, -1, 0.01], upper: [1, 1, 2]}"};
+  const Summarised done = run("contact/drop.yaml", options, 0.5);
   const Json& warnings = done.report["warnings"];
   ASSERT_FALSE(warnings.empty());
   EXPECT_EQ(warnings.back()["severity"], "error");
