@@ -1,14 +1,16 @@
-"""References that are generated into the site: topics and messages from idl/, the command lines of the programs from
-their --help, the Python API from the docstrings of the package."""
+"""Generated references: docs/topics.md from idl/; in the site the command lines of the programs from their --help and the
+Python API from the docstrings of the package. Called as a program it prints docs/topics.md."""
 import inspect
 import importlib
 import os
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 PROGRAMS = ("takt", "takt-server", "takt-run", "takt-controller", "takt-ur", "takt-rsi", "takt-egm", "takt-modbus")
 OPTIONAL_PROGRAMS = ("takt-from-cad",)  # built where their libraries are
+DELIVERY = {"instant": "best effort", "latched": "reliable, transient local", "latched_large": "reliable, transient local"}
 SUBCOMMAND = re.compile(r"^  ([a-z][a-z_-]*) {2,}")
 
 
@@ -16,10 +18,9 @@ class ReferenceError(Exception):
     pass
 
 
-def write(folder, root, programs, python):
+def write(folder, programs, python):
     folder.mkdir(parents=True, exist_ok=True)
-    for name, text in (("topics", topics(root / "idl")), ("command_lines", command_lines(programs)),
-                       ("python", python_api(python))):
+    for name, text in (("command_lines", command_lines(programs)), ("python", python_api(python))):
         (folder / f"{name}.md").write_text(text, encoding="utf-8")
 
 
@@ -30,19 +31,22 @@ def cell(text):
 # --- topics -----------------------------------------------------------------------------------------------------------
 
 def topics(idl_folder):
+    """docs/topics.md"""
     sys.dont_write_bytecode = True
     sys.path.insert(0, str(idl_folder / "generator"))
     idl = importlib.import_module("idl")
     reader = idl.read([str(idl_folder / name) for name in ("takt_player.idl", "takt_pendant.idl", "takt_events.idl", "ros2_msgs.idl")])
-    structs = list(reader.structs.values())
-    lines = ["# Topics and messages", "", "Generated from `idl/`. `{cell}`, `{robot}`, `{gripper}` and `{device}` stand "
-             "for names. Units are SI and radians.", "", "| topic | message | sent by | delivery |", "|---|---|---|---|"]
+    structs = [struct for struct in reader.structs.values() if "/msg/" in struct.full_name]
+    lines = ["# Topics and messages", "", "<!-- Written by docs/site/references.py from idl/; `./dev docs` renews it. -->", "",
+             "`{cell}`, `{robot}`, `{gripper}` and `{device}` stand for names. Units are SI and radians. "
+             "[Topics, requests and services](interface.md) has the rules of commands.", "",
+             "| topic | message | sent by | delivery | content |", "|---|---|---|---|---|"]
     for struct in structs:
         for annotation in struct.annotations:
             if annotation.name == "topic":
                 values = annotation.arguments
-                lines.append(f"| `/{values['name'].lstrip('/')}` | {message_link(struct)} | {values.get('by', '')} | "
-                             f"{values.get('qos', '')} |")
+                delivery = DELIVERY.get(values["qos"], "reliable")
+                lines.append(f"| `/{values['name']}` | {message_link(struct)} | {values['by']} | {delivery} | {cell(struct.doc)} |")
     lines += ["", "## Messages", ""]
     for struct in structs:
         lines += [f"### {struct.full_name}", "", struct.doc, ""] if struct.doc else [f"### {struct.full_name}", ""]
@@ -62,7 +66,7 @@ def anchor(name):
 
 
 def message_link(struct):
-    return f"[{struct.name}](#{anchor(struct.full_name)})"
+    return f"[{struct.full_name}](#{anchor(struct.full_name)})"
 
 
 # --- command lines ----------------------------------------------------------------------------------------------------
@@ -105,7 +109,7 @@ def subcommands(text):
 
 def python_api(folder):
     lines = ["# Python", "", "The package `takt`, from its docstrings. [Clients in C++ and Python](../clients.md) shows "
-             "its use; fields of messages: [topics and messages](topics.md).", ""]
+             "its use; fields of messages: [topics and messages](../topics.md).", ""]
     if folder is None:
         return "\n".join(lines + ["This build of the site had no Python package: `./dev docs` builds it first.", ""])
     sys.path.insert(0, str(folder))
@@ -156,3 +160,7 @@ def entry(name, value, declared=None):
         return ["```python", f"{name}{inspect.signature(value)}", "```", "", text]
     except (TypeError, ValueError):
         return [text]
+
+
+if __name__ == "__main__":
+    print(topics(Path(__file__).resolve().parents[2] / "idl"), end="")
