@@ -1,7 +1,9 @@
-"""Generated references: docs/topics.md from idl/; in the site the command lines of the programs from their --help and the
-Python API from the docstrings of the package. Called as a program it prints docs/topics.md."""
+"""Generated references: docs/topics.md from idl/, docs/scenes.md from the heads of scenario files; in the site the command
+lines of the programs from their --help and the Python API from the docstrings of the package. Called as a program it writes
+both pages."""
 import inspect
 import importlib
+import itertools
 import os
 import re
 import subprocess
@@ -11,6 +13,7 @@ from pathlib import Path
 PROGRAMS = ("takt", "takt-server", "takt-run", "takt-controller", "takt-ur", "takt-rsi", "takt-egm", "takt-modbus")
 OPTIONAL_PROGRAMS = ("takt-from-cad",)  # built where their libraries are
 DELIVERY = {"instant": "best effort", "latched": "reliable, transient local", "latched_large": "reliable, transient local"}
+SCENES = (("Cells", "config/scenarios"), ("Surface contact", "config/scenarios/contact"), ("Devices", "config/devices"))
 SUBCOMMAND = re.compile(r"^  ([a-z][a-z_-]*) {2,}")
 
 
@@ -67,6 +70,36 @@ def anchor(name):
 
 def message_link(struct):
     return f"[{struct.full_name}](#{anchor(struct.full_name)})"
+
+
+# --- scenarios --------------------------------------------------------------------------------------------------------
+
+def head(text):
+    """The comment at the beginning of a file as Markdown: paragraphs, and commands (indented) as code."""
+    lines = []
+    for line in itertools.takewhile(lambda line: line.startswith("#"), text.splitlines()):
+        if "yaml-language-server" not in line:
+            command = line.startswith("#   ")
+            lines.append("    " + line[4:] if command else re.sub(r"([*<_])", r"\\\1", line[2:]))
+    groups = itertools.groupby(lines, lambda line: line.startswith("    "))
+    return "\n\n".join("\n".join(group).strip("\n") for _, group in groups).replace("`", "")
+
+
+def scenes(root):
+    """docs/scenes.md"""
+    lines = ["# Shipped scenarios", "", "<!-- Written by docs/site/references.py from the heads of the files; `./dev docs` renews it. -->",
+             "", "`takt-run run FILE` runs each of them. `expected` and `assertions` of a file hold the result that is known. "
+             "Meshes: [config/meshes](../config/meshes/README.md).", ""]
+    for title, folder in SCENES:
+        lines += [f"## {title}", ""]
+        for file in sorted((root / folder).glob("*.yaml")):
+            text = file.read_text(encoding="utf-8")
+            description = re.search(r"^description: *(.*)$", text, re.MULTILINE)
+            if not description:
+                raise ReferenceError(f"{file}: found no description; say in one line what happens")
+            description = description[1][0].upper() + description[1][1:]
+            lines += [f"### `{file.stem}`", "", f"[{folder}/{file.name}](../{folder}/{file.name}): {description}.", "", head(text), ""]
+    return "\n".join(lines)
 
 
 # --- command lines ----------------------------------------------------------------------------------------------------
@@ -163,4 +196,6 @@ def entry(name, value, declared=None):
 
 
 if __name__ == "__main__":
-    print(topics(Path(__file__).resolve().parents[2] / "idl"), end="")
+    here = Path(__file__).resolve().parents[2]
+    (here / "docs/topics.md").write_text(topics(here / "idl"), encoding="utf-8")
+    (here / "docs/scenes.md").write_text(scenes(here), encoding="utf-8")
