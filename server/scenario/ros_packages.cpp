@@ -81,8 +81,13 @@ std::optional<fs::path> find_mesh_file(const std::string& name, const fs::path& 
   const std::string_view path = in_packages(name);
   const fs::path beside = description.parent_path();
   if (path.empty()) {
-    constexpr std::string_view file_scheme = "file://";
-    return existing(beside / (name.starts_with(file_scheme) ? name.substr(file_scheme.size()) : name));
+    constexpr std::string_view file_scheme = "file://", installed = "/share/";
+    if (!name.starts_with(file_scheme)) return existing(beside / name);
+    if (auto file = existing(beside / name.substr(file_scheme.size()))) return file;
+    // xacro writes the places of the machine that it ran on: PREFIX/share/PACKAGE/PATH.
+    const std::size_t share = name.rfind(installed);
+    if (share == name.npos) return std::nullopt;
+    return find_mesh_file("package://" + name.substr(share + installed.size()), description, folders);
   }
   const std::string package = package_of(name);
   if (package.empty()) return std::nullopt;

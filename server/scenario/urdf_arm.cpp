@@ -142,7 +142,10 @@ class ArmBuilder {
   }
 
   JointModel joint_model(const UrdfJoint& joint) {
-    const bool continuous = joint.type == UrdfJointType::continuous;
+    // Exporters of CAD programs write two zeros where no range is stated.
+    const bool unstated = joint.type == UrdfJointType::revolute && joint.limit && joint.limit->lower == 0.0 &&
+                          joint.limit->upper == 0.0;
+    const bool continuous = joint.type == UrdfJointType::continuous || unstated;
     if (joint.type != UrdfJointType::revolute && joint.type != UrdfJointType::prismatic && !continuous)
       fail(joint, ": the type is not allowed in an arm; allowed: revolute, continuous, prismatic, fixed");
     if (!joint.mimics.empty())
@@ -157,6 +160,9 @@ class ArmBuilder {
     require(continuous || limit.lower < limit.upper, "found lower " + exact_text(limit.lower) + ", upper " +
                                                          exact_text(limit.upper) +
                                                          "; lower must be below upper");
+    if (unstated)
+      result_.remarks.push_back(result_.robot.place(limit.line) + joint.describe() +
+                                ": lower and upper are 0; one turn to each side is assumed");
     JointModel model;
     model.name = joint.name;
     model.type = joint.type == UrdfJointType::prismatic ? JointType::prismatic : JointType::revolute;

@@ -85,6 +85,11 @@ TEST_F(RosPackages, OtherNamesAreFiles) {
   EXPECT_EQ(found("meshes/link.stl", {}, "robots/robot.urdf"), "robots/meshes/link.stl");
   EXPECT_EQ(found("file://" + file.string(), {}), "robots/meshes/link.stl");
   EXPECT_EQ(found(file.string(), {}), "robots/meshes/link.stl");
+  // A place on another machine names a package that is here.
+  make("packages/arm/meshes/hand.stl");
+  const std::string elsewhere = "file:///opt/ws/install/arm/share/arm/meshes/hand.stl";
+  EXPECT_EQ(found(elsewhere, {directory_ / "packages"}), "packages/arm/meshes/hand.stl");
+  EXPECT_EQ(found(elsewhere, {}), "nothing");
   EXPECT_EQ(package_of("package://arm/m.stl"), "arm");
   EXPECT_EQ(package_of("meshes/package.stl"), "");
 }

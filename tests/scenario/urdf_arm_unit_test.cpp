@@ -204,6 +204,16 @@ TEST_F(UrdfArmOfAFile, JointsBesideTheChainStandStill) {
   EXPECT_EQ(pose("far"), Pose{});
 }
 
+TEST_F(UrdfArmOfAFile, ARevoluteJointWithoutARangeTurnsOnceToEachSideWithARemark) {
+  const std::string inside = "<axis xyz='0 0 1'/><limit lower='0' upper='0' velocity='2' effort='3'/>";
+  const UrdfArm arm = read(two_joints(joint("j2", "revolute", "b", "c", inside)));
+  EXPECT_EQ(arm.arm.joints[1].lower, -2.0 * M_PI);
+  EXPECT_EQ(arm.arm.joints[1].upper, 2.0 * M_PI);
+  ASSERT_EQ(arm.remarks.size(), 1U);
+  EXPECT_THAT(arm.remarks[0], HasSubstr("joint 'j2' (revolute): lower and upper are 0"));
+  EXPECT_THROW(read(two_joints(joint("j2", "prismatic", "b", "c", inside))), std::exception);
+}
+
 TEST_F(UrdfArmOfAFile, LimitsThatAreNotStatedAreAssumedWithARemark) {
   const std::string axis = "<axis xyz='0 0 1'/>", range = "<limit lower='-1' upper='1' ";
   for (const auto& [type, inside] :
