@@ -25,6 +25,9 @@ Image rasterise(const Scene& scene, const Camera& camera);
 /// Throws std::runtime_error with the file and the reason when it cannot be written.
 void write_png(const Image& image, const std::string& file);
 
+/// The bytes of such a file. Throws std::runtime_error with the reason when there is no memory for them.
+std::string png_bytes(const Image& image);
+
 /// rasterise() and write_png().
 void render(const Scene& scene, const Camera& camera, const std::string& png_file);
 

@@ -1,7 +1,8 @@
 #pragma once
 // The status of the server as metrics for Prometheus (text, version 0.0.4): GET /metrics of takt view. Each number of
-// takt_msgs/msg/Status is takt_NAME, or takt_NAME_seconds; the IDL has its meaning.
-#include <memory>
+// takt_msgs/msg/Status is takt_NAME, or takt_NAME_seconds, and each one of a gateway takt_gateway_NAME; the IDL has their
+// meaning.
+#include <cstdint>
 #include <string>
 
 #include "client_lib/view/stream.h"
@@ -11,17 +12,15 @@ namespace takt::view {
 class Metrics {
  public:
   /// `cell`: name of the cell, a label of every metric. The stream must outlive this.
-  Metrics(Stream& stream, const std::string& cell);
-  ~Metrics();
-  Metrics(const Metrics&) = delete;
-  Metrics& operator=(const Metrics&) = delete;
+  Metrics(Stream& stream, std::string cell);
 
-  /// Metrics of the newest status. takt_up is 0 after 5 s without a status.
+  /// Metrics of the newest status. takt_up is 0 after 5 s without a status, and the others are left out.
   std::string text();
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  Stream& stream_;
+  const std::string cell_;
+  std::uint32_t channel_ = 0;
 };
 
 }  // namespace takt::view

@@ -121,7 +121,7 @@ def main():
     output = arguments.output.resolve()
     try:
         stage(output)
-        references.write(output / "pages/reference", ROOT, arguments.bin, arguments.python)
+        references.write(output / "pages/reference", arguments.bin, arguments.python)
         doxygen(output)
         shutil.copyfile(DOCS / "site/mkdocs.yml", output / "mkdocs.yml")
         run(["mkdocs", "build", "--quiet", "--strict", "--clean"], output, "mkdocs")

@@ -1,14 +1,19 @@
-"""References that are generated into the site: topics and messages from idl/, the command lines of the programs from
-their --help, the Python API from the docstrings of the package."""
+"""Generated references: docs/topics.md from idl/, docs/scenes.md from the heads of scenario files; in the site the command
+lines of the programs from their --help and the Python API from the docstrings of the package. Called as a program it writes
+both pages."""
 import inspect
 import importlib
+import itertools
 import os
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 PROGRAMS = ("takt", "takt-server", "takt-run", "takt-controller", "takt-ur", "takt-rsi", "takt-egm", "takt-modbus")
 OPTIONAL_PROGRAMS = ("takt-from-cad",)  # built where their libraries are
+DELIVERY = {"instant": "best effort", "latched": "reliable, transient local", "latched_large": "reliable, transient local"}
+SCENES = (("Cells", "config/scenarios"), ("Surface contact", "config/scenarios/contact"), ("Devices", "config/devices"))
 SUBCOMMAND = re.compile(r"^  ([a-z][a-z_-]*) {2,}")
 
 
@@ -16,10 +21,9 @@ class ReferenceError(Exception):
     pass
 
 
-def write(folder, root, programs, python):
+def write(folder, programs, python):
     folder.mkdir(parents=True, exist_ok=True)
-    for name, text in (("topics", topics(root / "idl")), ("command_lines", command_lines(programs)),
-                       ("python", python_api(python))):
+    for name, text in (("command_lines", command_lines(programs)), ("python", python_api(python))):
         (folder / f"{name}.md").write_text(text, encoding="utf-8")
 
 
@@ -30,19 +34,22 @@ def cell(text):
 # --- topics -----------------------------------------------------------------------------------------------------------
 
 def topics(idl_folder):
+    """docs/topics.md"""
     sys.dont_write_bytecode = True
     sys.path.insert(0, str(idl_folder / "generator"))
     idl = importlib.import_module("idl")
     reader = idl.read([str(idl_folder / name) for name in ("takt_player.idl", "takt_pendant.idl", "takt_events.idl", "ros2_msgs.idl")])
-    structs = list(reader.structs.values())
-    lines = ["# Topics and messages", "", "Generated from `idl/`. `{cell}`, `{robot}`, `{gripper}` and `{device}` stand "
-             "for names. Units are SI and radians.", "", "| topic | message | sent by | delivery |", "|---|---|---|---|"]
+    structs = [struct for struct in reader.structs.values() if "/msg/" in struct.full_name]
+    lines = ["# Topics and messages", "", "<!-- Written by docs/site/references.py from idl/; `./dev docs` renews it. -->", "",
+             "`{cell}`, `{robot}`, `{gripper}` and `{device}` stand for names. Units are SI and radians. "
+             "[Topics, requests and services](interface.md) has the rules of commands.", "",
+             "| topic | message | sent by | delivery | content |", "|---|---|---|---|---|"]
     for struct in structs:
         for annotation in struct.annotations:
             if annotation.name == "topic":
                 values = annotation.arguments
-                lines.append(f"| `/{values['name'].lstrip('/')}` | {message_link(struct)} | {values.get('by', '')} | "
-                             f"{values.get('qos', '')} |")
+                delivery = DELIVERY.get(values["qos"], "reliable")
+                lines.append(f"| `/{values['name']}` | {message_link(struct)} | {values['by']} | {delivery} | {cell(struct.doc)} |")
     lines += ["", "## Messages", ""]
     for struct in structs:
         lines += [f"### {struct.full_name}", "", struct.doc, ""] if struct.doc else [f"### {struct.full_name}", ""]
@@ -62,7 +69,37 @@ def anchor(name):
 
 
 def message_link(struct):
-    return f"[{struct.name}](#{anchor(struct.full_name)})"
+    return f"[{struct.full_name}](#{anchor(struct.full_name)})"
+
+
+# --- scenarios --------------------------------------------------------------------------------------------------------
+
+def head(text):
+    """The comment at the beginning of a file as Markdown: paragraphs, and commands (indented) as code."""
+    lines = []
+    for line in itertools.takewhile(lambda line: line.startswith("#"), text.splitlines()):
+        if "yaml-language-server" not in line:
+            command = line.startswith("#   ")
+            lines.append("    " + line[4:] if command else re.sub(r"([*<_])", r"\\\1", line[2:]))
+    groups = itertools.groupby(lines, lambda line: line.startswith("    "))
+    return "\n\n".join("\n".join(group).strip("\n") for _, group in groups).replace("`", "")
+
+
+def scenes(root):
+    """docs/scenes.md"""
+    lines = ["# Shipped scenarios", "", "<!-- Written by docs/site/references.py from the heads of the files; `./dev docs` renews it. -->",
+             "", "`takt-run run FILE` runs each of them. `expected` and `assertions` of a file hold the result that is known. "
+             "Meshes: [config/meshes](../config/meshes/README.md).", ""]
+    for title, folder in SCENES:
+        lines += [f"## {title}", ""]
+        for file in sorted((root / folder).glob("*.yaml")):
+            text = file.read_text(encoding="utf-8")
+            description = re.search(r"^description: *(.*)$", text, re.MULTILINE)
+            if not description:
+                raise ReferenceError(f"{file}: found no description; say in one line what happens")
+            description = description[1][0].upper() + description[1][1:]
+            lines += [f"### `{file.stem}`", "", f"[{folder}/{file.name}](../{folder}/{file.name}): {description}.", "", head(text), ""]
+    return "\n".join(lines)
 
 
 # --- command lines ----------------------------------------------------------------------------------------------------
@@ -105,7 +142,7 @@ def subcommands(text):
 
 def python_api(folder):
     lines = ["# Python", "", "The package `takt`, from its docstrings. [Clients in C++ and Python](../clients.md) shows "
-             "its use; fields of messages: [topics and messages](topics.md).", ""]
+             "its use; fields of messages: [topics and messages](../topics.md).", ""]
     if folder is None:
         return "\n".join(lines + ["This build of the site had no Python package: `./dev docs` builds it first.", ""])
     sys.path.insert(0, str(folder))
@@ -156,3 +193,9 @@ def entry(name, value, declared=None):
         return ["```python", f"{name}{inspect.signature(value)}", "```", "", text]
     except (TypeError, ValueError):
         return [text]
+
+
+if __name__ == "__main__":
+    here = Path(__file__).resolve().parents[2]
+    (here / "docs/topics.md").write_text(topics(here / "idl"), encoding="utf-8")
+    (here / "docs/scenes.md").write_text(scenes(here), encoding="utf-8")

@@ -3,24 +3,24 @@
 #include <BRepAdaptor_Curve.hxx>
 #include <BRepAdaptor_Surface.hxx>
 #include <BRepGProp.hxx>
-#include <BRepMesh_IncrementalMesh.hxx>
 #include <BRep_Tool.hxx>
 #include <Eigen/Eigenvalues>
 #include <GProp_GProps.hxx>
-#include <Poly_Triangulation.hxx>
-#include <ShapeFix_Shape.hxx>
 #include <TopExp_Explorer.hxx>
 #include <TopoDS.hxx>
 #include <TopoDS_Edge.hxx>
 #include <TopoDS_Face.hxx>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <optional>
-#include <tuple>
 #include <unordered_map>
 
+#include "idl/common/text.h"
+#include "server/cad/triangulated_solid.h"
 #include "server/geometry/mesh/repair.h"
+#include "server/product/fill_holes.h"
 
 namespace takt::cad {
 
@@ -30,7 +30,6 @@ using product::Face;
 using product::SurfaceKind;
 
 constexpr double kMm = 1e-3;
-constexpr double kWeld_mm = 1e-5;  ///< vertices closer than this are one
 
 Vec3 vector(const gp_XYZ& v) {
   return {v.X(), v.Y(), v.Z()};
@@ -40,69 +39,6 @@ Vec3 point(const gp_Pnt& p) {
 }
 Vec3 direction(const gp_Dir& d) {
   return vector(d.XYZ());
-}
-
-/// Numbers positions (mm); those within the welding distance have one number.
-class Welder {
- public:
-  explicit Welder(std::vector<Vec3>& vertices) : vertices_(vertices) {}
-  std::uint32_t number(const Vec3& p) {
-    const Cell home = cell(p);
-    for (std::int64_t x = -1; x <= 1; ++x)
-      for (std::int64_t y = -1; y <= 1; ++y)
-        for (std::int64_t z = -1; z <= 1; ++z) {
-          const auto [first, last] =
-              cells_.equal_range(hash({std::get<0>(home) + x, std::get<1>(home) + y, std::get<2>(home) + z}));
-          for (auto it = first; it != last; ++it)
-            if ((vertices_[it->second] - p).norm() < kWeld_mm) return it->second;
-        }
-    vertices_.push_back(p);
-    const auto index = static_cast<std::uint32_t>(vertices_.size() - 1);
-    cells_.emplace(hash(home), index);
-    return index;
-  }
-
- private:
-  using Cell = std::tuple<std::int64_t, std::int64_t, std::int64_t>;
-  static Cell cell(const Vec3& p) {
-    const auto part = [](double x) { return static_cast<std::int64_t>(std::floor(x / (4 * kWeld_mm))); };
-    return {part(p.x()), part(p.y()), part(p.z())};
-  }
-  static std::uint64_t hash(const Cell& c) {
-    std::uint64_t h = 1469598103934665603ULL;
-    for (const std::int64_t part : {std::get<0>(c), std::get<1>(c), std::get<2>(c)})
-      h = (h ^ static_cast<std::uint64_t>(part)) * 1099511628211ULL;
-    return h;
-  }
-  std::vector<Vec3>& vertices_;
-  std::unordered_multimap<std::uint64_t, std::uint32_t> cells_;
-};
-
-/// The triangles of all faces, welded (mm).
-void collect_mesh(const TopoDS_Shape& solid, TriangleMesh& mesh, std::vector<int>& triangle_faces) {
-  Welder welder(mesh.vertices);
-  int index = 0;
-  for (TopExp_Explorer at(solid, TopAbs_FACE); at.More(); at.Next(), ++index) {
-    const TopoDS_Face& face = TopoDS::Face(at.Current());
-    TopLoc_Location place;
-    const Handle(Poly_Triangulation) triangles = BRep_Tool::Triangulation(face, place);
-    if (triangles.IsNull()) continue;
-    std::vector<std::uint32_t> numbers;
-    for (int i = 1; i <= triangles->NbNodes(); ++i)
-      numbers.push_back(welder.number(vector(triangles->Node(i).Transformed(place.Transformation()).XYZ())));
-    const bool turned = (face.Orientation() == TopAbs_REVERSED) != place.Transformation().IsNegative();
-    for (int i = 1; i <= triangles->NbTriangles(); ++i) {
-      int a = 0, b = 0, c = 0;
-      triangles->Triangle(i).Get(a, b, c);
-      TriangleMesh::Triangle t{numbers[static_cast<std::size_t>(a - 1)],
-                               numbers[static_cast<std::size_t>(b - 1)],
-                               numbers[static_cast<std::size_t>(c - 1)]};
-      if (turned) std::swap(t[1], t[2]);
-      if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) continue;
-      mesh.triangles.push_back(t);
-      triangle_faces.push_back(index);
-    }
-  }
 }
 
 Face describe_surface(const TopoDS_Face& face) {
@@ -302,23 +238,31 @@ void find_threads(const TopoDS_Shape& solid, product::Body& body) {
   }
 }
 
+/// Closes the holes of a mesh (m). Accepted are those that leave the solid its volume: `repaired` becomes the closed mesh.
+/// Returns what was done.
+std::string close_holes(const TriangleMesh& mesh, double volume_m3, RepairedMesh& repaired) {
+  constexpr double kSameVolume = 0.02;  // curved faces have flat triangles
+  const product::FilledMesh filled = product::fill_holes(mesh);
+  RepairedMesh closed = repair_mesh(filled.mesh);
+  const double difference = closed.problem.empty()
+                                ? std::abs(volume_properties(closed.mesh).volume - volume_m3)
+                                : std::numeric_limits<double>::infinity();
+  if (!(difference <= kSameVolume * volume_m3)) return {};
+  repaired = std::move(closed);
+  return "its surface had " + counted(filled.holes, "hole", "holes") + " of at most " +
+         number_text(filled.largest_m * 1e3, 3) +
+         " mm, closed by flat triangles; its mesh has the volume of the solid within " +
+         number_text(100.0 * difference / volume_m3, 2) + " %";
+}
+
 }  // namespace
 
 bool make_body(const TopoDS_Shape& given, double deflection_m, double angle_rad, product::Body& body,
                std::vector<std::string>& notes) {
-  TopoDS_Shape solid = given;
-  for (const bool fixed : {false, true}) {
-    if (fixed) {
-      ShapeFix_Shape fix(given);
-      fix.Perform();
-      solid = fix.Shape();
-    }
-    body.mesh = {};
-    body.faces.clear(), body.triangle_faces.clear();
-    BRepMesh_IncrementalMesh mesher(solid, deflection_m / kMm, false, angle_rad, false);
-    collect_mesh(solid, body.mesh, body.triangle_faces);
-    if (!body.mesh.triangles.empty() && check_closed(body.mesh).ok()) break;
-  }
+  TriangulatedSolid triangulated = triangulate(given, deflection_m / kMm, angle_rad);
+  const TopoDS_Shape& solid = triangulated.shape;
+  body.mesh = std::move(triangulated.mesh);
+  body.triangle_faces = std::move(triangulated.triangle_faces);
   if (body.mesh.triangles.empty()) {
     notes.push_back(body.name + ": no faces could be meshed; the body is left out");
     return false;
@@ -336,13 +280,15 @@ bool make_body(const TopoDS_Shape& given, double deflection_m, double angle_rad,
   const MeshCheck check = check_closed(body.mesh);
   if (!check.ok()) {
     RepairedMesh repaired = repair_mesh(body.mesh);
+    std::string how = "its mesh was open and was repaired";
+    if (!repaired.problem.empty())
+      how = close_holes(body.mesh, sign * volume.Mass() * kMm * kMm * kMm, repaired);
     if (!repaired.problem.empty()) {
-      notes.push_back(body.name + ": its mesh bounds no solid (" + check.problem + "); the body is left out");
+      notes.push_back(body.name + ": its mesh bounds no solid (" + check.problem +
+                      "); the body is left out. In the CAD program, check the solid and export it again");
       return false;
     }
-    notes.push_back(
-        body.name +
-        ": its mesh was open and was repaired; contacts of its faces are found by their surfaces");
+    notes.push_back(body.name + ": " + how + "; contacts of its faces are found by their surfaces");
     // Faces of triangles stay known where the repair kept the triangle.
     std::unordered_multimap<std::uint64_t, std::size_t> before;
     const auto key = [](TriangleMesh::Triangle t) {

@@ -287,13 +287,24 @@ class Reader {
     for (const TopoDS_Shape& solid : solids_of(shape, name)) {
       Body body;
       body.name = name;
-      if (!make_body(solid, options_.deflection_m, options_.angular_deflection_rad, body, product_.notes))
-        continue;
+      if (!try_make_body(solid, body)) continue;
       body.material = material_of(part, name);
       made.push_back(product_.bodies.size());
       product_.bodies.push_back(std::move(body));
     }
     return made;
+  }
+
+  /// A fault in one solid leaves the others.
+  bool try_make_body(const TopoDS_Shape& solid, Body& body) {
+    try {
+      OCC_CATCH_SIGNALS
+      return make_body(solid, options_.deflection_m, options_.angular_deflection_rad, body, product_.notes);
+    } catch (const Standard_Failure& failure) {
+      product_.notes.push_back(body.name + ": OpenCASCADE cannot mesh it (" + failure.GetMessageString() +
+                               "); the body is left out");
+      return false;
+    }
   }
 
   std::vector<TopoDS_Shape> solids_of(const TopoDS_Shape& shape, const std::string& name) {

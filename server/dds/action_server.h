@@ -60,6 +60,8 @@ class ActionServer {
   void end(std::uint64_t number, GoalState state, std::string response);
   /// A cancellation of it was accepted, and it has not ended.
   bool canceling(std::uint64_t number) const;
+  /// Replies wait for their caller's reader.
+  bool replies_wait() const { return !outgoing_.empty(); }
   bool knows(std::uint64_t number) const { return table_.find(number) != nullptr; }
   const GoalTable& table() const { return table_; }
 

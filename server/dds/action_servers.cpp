@@ -253,6 +253,12 @@ void ActionServers::take_replies(std::span<const ControlReply> replies) {
   for (const ControlReply& reply : replies) steps_->take(reply);
 }
 
+bool ActionServers::replies_wait() {
+  const std::lock_guard lock(mutex_);
+  const auto wait = [](const auto& action) { return action->server().replies_wait(); };
+  return (steps_ && wait(steps_)) || std::any_of(motions_.begin(), motions_.end(), wait);
+}
+
 void ActionServers::write(std::uint64_t step) {
   std::vector<ControlRequest> requests;
   {

@@ -39,6 +39,8 @@ class ActionServers {
   void take_replies(std::span<const ControlReply> replies);
   /// `step`: of the newest instant.
   void write(std::uint64_t step);
+  /// Replies wait for their caller's reader.
+  bool replies_wait();
 
  private:
   class Motion;

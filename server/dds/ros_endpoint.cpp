@@ -5,17 +5,12 @@
 #include <utility>
 
 #include "idl/common/cdr.h"
+#include "idl/transport/rtps_guard/rtps_submessage.h"
 
 namespace takt {
 namespace {
 
 constexpr std::size_t kHeader_bytes = 16;
-
-/// The first two bytes of a GUID are the vendor's number, as the standard gives them (RTPS 2.2, 9.3.1.1): 1.16 is Eclipse
-/// Cyclone DDS.
-bool is_cyclone(const DdsGuid& guid) {
-  return guid.guidPrefix.value[0] == 0x01 && guid.guidPrefix.value[1] == 0x10;
-}
 
 /// Identity of a request for rmw_fastrtps: its own sequence number, and the reader that waits for the reply.
 rtps::SampleIdentity identity_of(const dds::SampleInfo& info) {
@@ -56,6 +51,7 @@ std::string with_header(const RosEndpoint::PayloadHeader& header, const std::str
 RosEndpoint::RosEndpoint(Participant& participant, const std::string& name, const MessageInfo& request,
                          const MessageInfo& response, OnRequest on_request, std::function<void()> on_match)
     : on_request_(std::move(on_request)), on_match_(std::move(on_match)) {
+  guard_ = participant.guard();
   constexpr QosPolicy policy = qos_of(TopicQos::control);
   writer_ = participant.create_bytes_writer("rr/" + name + "Reply", response,
                                             writer_qos(participant.default_writer_qos(), policy), this);
@@ -70,10 +66,23 @@ void RosEndpoint::remove(Participant& participant) {
 
 bool RosEndpoint::reaches(const Caller& caller) {
   const DdsGuid& wanted = caller.identity.writer_guid();
-  const std::lock_guard lock(mutex_);
-  return std::any_of(readers_.begin(), readers_.end(), [&](const DdsGuid& reader) {
-    return reader == wanted || reader.guidPrefix == wanted.guidPrefix;
-  });
+  {
+    const std::lock_guard lock(mutex_);
+    const auto reader = std::find_if(readers_.begin(), readers_.end(), [&](const DdsGuid& one) {
+      return one == wanted || one.guidPrefix == wanted.guidPrefix;
+    });
+    if (reader == readers_.end()) return false;
+    if (!caller.header || guard_ == nullptr ||
+        guard_->is_synchronised(wanted.guidPrefix, writer_->guid().entityId))
+      return true;
+    if (!primed_.insert(*reader).second) return false;
+  }
+  constexpr std::size_t kEmptyMessage_bytes = 64;
+  std::string nothing(cdr::kEncapsulation_bytes + kEmptyMessage_bytes, '\0');
+  nothing[1] = 1;  // little endian
+  nothing = with_header({}, nothing);
+  (void)written(*writer_, nothing);
+  return false;
 }
 
 void RosEndpoint::write(const Caller& caller, std::string sample) {
@@ -93,7 +102,7 @@ void RosEndpoint::on_data_available(dds::DataReader* reader) {
   while (is_ok(reader->take_next_sample(&sample, &info))) {
     if (!info.valid_data) continue;
     Caller caller{identity_of(info), std::nullopt};
-    if (is_cyclone(guid_of(info.publication_handle))) {
+    if (is_cyclone(guid_of(info.publication_handle).guidPrefix.value)) {
       PayloadHeader header;
       const auto request = without_header(bytes_of(sample), header);
       if (!request) continue;
@@ -113,6 +122,7 @@ void RosEndpoint::on_publication_matched(dds::DataWriter*, const dds::Publicatio
       readers_.insert(reader);
     } else {
       readers_.erase(reader);
+      primed_.erase(reader);
     }
   }
   if (status.current_count_change > 0) on_match_();

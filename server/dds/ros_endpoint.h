@@ -42,7 +42,9 @@ class RosEndpoint final : public dds::DataReaderListener, public dds::DataWriter
 
   /// Removes reader and writer.
   void remove(Participant& participant);
-  /// DDS may discover a caller's reader of replies after its request; a reply before that is lost.
+  /// DDS may discover a caller's reader of replies after its request; a reply before that is lost. So is one that a reader
+  /// of Cyclone DDS learns of by its first heartbeat: a volatile reader begins behind the samples that this names
+  /// (ddsi_receive.c, handle_Heartbeat). An empty sample goes ahead then, whose heartbeat the reader answers.
   bool reaches(const Caller& caller);
   /// `sample`: the response as plain CDR. A reply that DDS refuses is lost; the caller's time-out reports it.
   void write(const Caller& caller, std::string sample);
@@ -56,6 +58,8 @@ class RosEndpoint final : public dds::DataReaderListener, public dds::DataWriter
   const std::function<void()> on_match_;
   std::mutex mutex_;
   std::set<DdsGuid> readers_;  // guarded by mutex_
+  std::set<DdsGuid> primed_;   ///< those of them that were sent an empty sample; guarded by mutex_
+  const PacketGuard* guard_ = nullptr;
   dds::DataWriter* writer_ = nullptr;
   dds::DataReader* reader_ = nullptr;
 };

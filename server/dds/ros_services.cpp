@@ -252,6 +252,11 @@ void RosServices::answer(Call call, ControlReply reply) {
   host_.outbound().news.post();
 }
 
+bool RosServices::replies_wait() {
+  const std::lock_guard lock(mutex_);
+  return !waiting_.empty();
+}
+
 void RosServices::write_replies(std::span<const ControlReply> replies, const ros::Instant& present) {
   const std::int64_t now = monotonic_now_ns();
   std::vector<Waiting> due;

@@ -39,6 +39,8 @@ class RosServices {
   /// caller's reader.
   /// `now` answers what is no request of takt.
   void write_replies(std::span<const ControlReply> replies, const ros::Instant& now);
+  /// Replies wait for their caller's reader.
+  bool replies_wait();
 
  private:
   class Service;

@@ -98,7 +98,9 @@ void StatePublisher::write() {
   actions_.write(step);
 }
 
-std::int64_t StatePublisher::longest_sleep_ns() const {
+std::int64_t StatePublisher::longest_sleep_ns() {
+  constexpr std::int64_t kReply_ns = 2'000'000;  // until a caller's reader is synchronised
+  if (services_.replies_wait() || actions_.replies_wait()) return kReply_ns;
   constexpr std::int64_t kOften_ns = 20'000'000;  // so that standing instants and frames are repeated
   return host_.outbound().instant_readers.any() ? kOften_ns : kIdleStatus_ns;
 }

@@ -44,7 +44,7 @@ class StatePublisher final : public InstantWriter {
   /// Writes new output, and repeats the newest instant of a standing simulation.
   void write();
   /// The longest time until write() has something to do without news.
-  std::int64_t longest_sleep_ns() const;
+  std::int64_t longest_sleep_ns();
   /// Writes the remaining output. The loop has ended.
   void finish();
 

@@ -1,6 +1,7 @@
 #include "server/headless/picture.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "client_lib/render/renderer.h"
 
@@ -25,38 +26,53 @@ render::Mesh component_mesh(const ComponentDescription& component, const Compone
   return mesh;
 }
 
-// Everything that stands on the floor bounds the view: robots and Grounds.
-void look_at_cell(const CellDescription& cell, const Snapshot& snapshot, render::Camera& camera) {
+/// Centre and half diagonals of all that is drawn.
+struct Extent {
   Vec3 lower = Vec3::Constant(1e9), upper = Vec3::Constant(-1e9);
-  const auto include = [&](const Vec3& p) {
-    lower = lower.cwiseMin(p);
-    upper = upper.cwiseMax(p);
-  };
-  for (const RobotDescription& robot : cell.robots) include(robot.X_WR.p);
-  for (std::size_t i = 0; i < cell.components.size(); ++i) {
-    if (cell.components[i].type != ComponentType::gripper &&
-        snapshot.components[i].state != PartState::parked)
-      include(snapshot.components[i].p_WB);
-  }
-  if (lower.x() > upper.x()) return;
-  camera.target_W = 0.5 * (lower + upper);
-  const double size = std::max(0.5, (upper - lower).norm());
-  camera.eye_W = camera.target_W + size * Vec3(-0.42, -0.98, 0.66);
-  camera.vertical_view_rad = 0.55;
+  bool empty() const { return lower.x() > upper.x(); }
+};
+
+Extent extent_of(const render::Scene& scene) {
+  Extent extent;
+  for (const render::Mesh& mesh : scene.meshes)
+    for (const Vec3& vertex : mesh.vertices) {
+      const Vec3 p = mesh.X_WB * vertex;
+      extent.lower = extent.lower.cwiseMin(p);
+      extent.upper = extent.upper.cwiseMax(p);
+    }
+  return extent;
 }
 
-}  // namespace
+/// From the front left above, so far away that all of it is in the picture.
+void look_at(const Extent& extent, render::Camera& camera) {
+  if (extent.empty()) return;
+  constexpr double kAir = 1.08;
+  camera.target_W = 0.5 * (extent.lower + extent.upper);
+  camera.vertical_view_rad = 0.55;
+  const Vec3 backwards = Vec3(-0.42, -0.98, 0.66).normalized();
+  const Vec3 right = Vec3::UnitZ().cross(backwards).normalized(), up = backwards.cross(right);
+  const double high = std::tan(0.5 * camera.vertical_view_rad) / kAir;
+  const double wide = high * camera.width_px / camera.height_px;
+  double distance = 0.5;
+  for (unsigned corner = 0; corner < 8; ++corner) {
+    Vec3 p;
+    for (unsigned k = 0; k < 3; ++k)
+      p[k] = ((corner >> k & 1U) != 0 ? extent.upper : extent.lower)[k] - camera.target_W[k];
+    const double towards = p.dot(backwards);
+    distance =
+        std::max({distance, towards + std::abs(p.dot(right)) / wide, towards + std::abs(p.dot(up)) / high});
+  }
+  camera.eye_W = camera.target_W + distance * backwards;
+}
 
-void write_picture(const CellDescription& cell, const Snapshot& snapshot, const std::string& png_file,
-                   const std::optional<PictureView>& view) {
+struct Drawing {
   render::Scene scene;
   render::Camera camera;
-  look_at_cell(cell, snapshot, camera);
-  if (view) {
-    camera.eye_W = view->eye_W;
-    camera.target_W = view->target_W;
-  }
-  render::add_floor(scene, Vec3(camera.target_W.x(), camera.target_W.y(), 0.0), 4.0, 0.25);
+};
+
+Drawing draw(const CellDescription& cell, const Snapshot& snapshot, const std::optional<PictureView>& view) {
+  Drawing drawing;
+  auto& [scene, camera] = drawing;
   for (std::size_t i = 0; i < cell.components.size(); ++i) {
     if (snapshot.components[i].state == PartState::parked) continue;
     const render::Mesh mesh = component_mesh(cell.components[i], snapshot.components[i]);
@@ -66,14 +82,38 @@ void write_picture(const CellDescription& cell, const Snapshot& snapshot, const 
   for (std::size_t i = 0; i < cell.robots.size(); ++i) {
     const RobotDescription& robot = cell.robots[i];
     const double height = robot.X_WR.p.z();
-    if (height > 0.0) {  // the robot's pedestal
+    // The pedestal of a robot that stands; others hang, or are slides.
+    if (height > 0.0 && robot.X_WR.R(2, 2) > 0.9 && !robot.arm.joints.empty() &&
+        robot.arm.joints.front().type == JointType::revolute) {
       const Pose X_WP{Mat3::Identity(), Vec3(robot.X_WR.p.x(), robot.X_WR.p.y(), 0.5 * height)};
       scene.meshes.push_back(render::make_box(X_WP, Vec3(0.24, 0.24, height), {0.45, 0.46, 0.48}));
     }
     render::add_arm(scene, robot.arm, snapshot.robots[i].position.data(), robot.X_WR, {0.86, 0.87, 0.89},
                     {0.30, 0.45, 0.62});
   }
-  render::render(scene, camera, png_file);
+  const Extent extent = extent_of(scene);
+  look_at(extent, camera);
+  if (view) {
+    camera.eye_W = view->eye_W;
+    camera.target_W = view->target_W;
+  }
+  const double size = extent.empty() ? 0.0 : (extent.upper - extent.lower).norm();
+  render::add_floor(scene, Vec3(camera.target_W.x(), camera.target_W.y(), 0.0),
+                    std::max(4.0, 0.5 * std::ceil(4.0 * size)), 0.25);
+  return drawing;
+}
+
+}  // namespace
+
+void write_picture(const CellDescription& cell, const Snapshot& snapshot, const std::string& png_file,
+                   const std::optional<PictureView>& view) {
+  const Drawing drawing = draw(cell, snapshot, view);
+  render::render(drawing.scene, drawing.camera, png_file);
+}
+
+std::string picture_bytes(const CellDescription& cell, const Snapshot& snapshot) {
+  const Drawing drawing = draw(cell, snapshot, {});
+  return render::png_bytes(render::rasterise(drawing.scene, drawing.camera));
 }
 
 }  // namespace takt

@@ -17,4 +17,7 @@ struct PictureView {
 void write_picture(const CellDescription& cell, const Snapshot& snapshot, const std::string& png_file,
                    const std::optional<PictureView>& view = {});
 
+/// The bytes of such a file, of the whole cell.
+std::string picture_bytes(const CellDescription& cell, const Snapshot& snapshot);
+
 }  // namespace takt

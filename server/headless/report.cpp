@@ -7,6 +7,7 @@
 #include "idl/common/eigen_messages.h"
 #include "server/headless/html_report.h"
 #include "server/headless/instant_json.h"
+#include "server/headless/picture.h"
 #include "server/headless/run_metrics_report.h"
 #include "server/headless/run_summary.h"
 #include "server/simulation/model/state_hash.h"
@@ -252,7 +253,8 @@ std::string report_json(const Scenario& scenario, const CellDescription& cell, c
 
 void write_html(std::ostream& out, const Scenario& scenario, const CellDescription& cell, const RunInfo& info,
                 const HeadlessResult& result) {
-  write_html_report(out, report_document(scenario, cell, info, result), result.run_metrics->curves);
+  write_html_report(out, report_document(scenario, cell, info, result), result.run_metrics->curves,
+                    picture_bytes(cell, result.final_state));
 }
 
 }  // namespace takt

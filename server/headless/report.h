@@ -24,7 +24,7 @@ std::string_view verdict(const HeadlessResult& result);
 std::string report_json(const Scenario& scenario, const CellDescription& cell, const RunInfo& info,
                         const HeadlessResult& result);
 
-/// The same as a page for a browser, with plots. For a run with metrics (HeadlessOptions::run_metrics).
+/// The same as a page for a browser, with a picture and plots. For a run with metrics (HeadlessOptions::run_metrics).
 void write_html(std::ostream& out, const Scenario& scenario, const CellDescription& cell, const RunInfo& info,
                 const HeadlessResult& result);
 

@@ -12,8 +12,6 @@ namespace {
 
 constexpr std::size_t kMaxPoints = 20000;  // of a curve; beyond it every second one is dropped
 
-constexpr const char* kContactForces = "Contact forces";
-
 const char* unit_of_speed(const JointModel& joint) {
   return joint.type == JointType::revolute ? "rad/s" : "m/s";
 }

@@ -63,6 +63,9 @@ struct StepMetrics {
   std::vector<double> energy_J;
 };
 
+/// The group of the curves of normal forces by surface contact.
+inline constexpr const char* kContactForces = "Contact forces";
+
 struct Curve {
   std::string group, name, unit;
   std::vector<std::pair<double, double>> points;  ///< time (s), value

@@ -24,6 +24,7 @@
 #include "idl/common/parse.h"
 #include "idl/common/text.h"
 #include "server/headless/progress.h"
+#include "server/headless/study_page.h"
 #include "server/scenario/scenario_reader.h"
 
 namespace takt {
@@ -104,6 +105,11 @@ fs::path refusal_of(const StudyOptions& options) {
   return directory_of(options) / "refused";
 }
 
+/// The cell of the first run.
+fs::path picture_of(const StudyOptions& options) {
+  return directory_of(options) / "cell.png";
+}
+
 /// Files of runs with this extension.
 std::vector<fs::path> files_of_runs(const StudyOptions& options, const char* extension) {
   std::vector<fs::path> files;
@@ -157,6 +163,7 @@ pid_t start(const StudyOptions& options, int run) {
                                      "--report",
                                      part_of(file_of(options, run, ".json")).string()};
   arguments.insert(arguments.end(), options.arguments.begin(), options.arguments.end());
+  if (run == 0) arguments.insert(arguments.end(), {"--picture", picture_of(options).string() + "@0"});
   const std::vector<double> values = study_values(options, run);
   for (std::size_t i = 0; i < values.size(); ++i) {
     arguments.push_back("--set");
@@ -193,6 +200,7 @@ void add_row(const StudyOptions& options, int run, Table& table) {
   table.set("run", std::to_string(run));
   const std::vector<double> values = study_values(options, run);
   for (std::size_t i = 0; i < values.size(); ++i) table.set(options.keys[i].key, values[i]);
+  if (report.contains("verdict")) table.set("verdict", report["verdict"].get<std::string>());
   table.set("fault", report["fault"].is_null() ? "" : report["fault"].get<std::string>());
   if (report.contains("max_position_error"))
     table.set("max_position_error", report["max_position_error"].get<double>());
@@ -211,6 +219,12 @@ void add_row(const StudyOptions& options, int run, Table& table) {
       table.set(name, verdict["verdict"].get<std::string>());
 }
 
+std::vector<std::string> names_of_keys(const StudyOptions& options) {
+  std::vector<std::string> names;
+  for (const VariedKey& key : options.keys) names.push_back(key.key);
+  return names;
+}
+
 std::string plotted_column(const StudyOptions& options, const Table& table) {
   if (!options.plot.empty()) {
     const auto& columns = table.columns();
@@ -218,11 +232,8 @@ std::string plotted_column(const StudyOptions& options, const Table& table) {
     throw ScenarioError("--plot: found '" + options.plot +
                         "'; allowed: a column of the table: " + list_names(columns));
   }
-  for (const std::string& column : table.columns())
-    if (column.ends_with(".normal_force")) return column;
-  for (const std::string& column : table.columns())
-    if (column == "max_position_error") return column;
-  return "computation_ratio";
+  const std::vector<std::string> changing = changing_columns(table, names_of_keys(options));
+  return changing.empty() ? "computation_ratio" : changing.front();
 }
 
 /// Checks after the first finished run, not after all of them, that the table has the plotted columns. Pairs
@@ -236,13 +247,17 @@ void check_plotted_column(const StudyOptions& options, int done_run) {
 
 void write_results(const StudyOptions& options) {
   const Table table = study_table(options);
-  std::ostringstream csv, plot;
+  std::ostringstream csv, plot, page;
   table.write_csv(csv);
   write_whole(options.table, csv.str());
   table.write_plot(plot, fs::path(options.scenario).stem().string(), options.keys.front().key,
                    plotted_column(options, table), options.keys.size() > 1 ? options.keys[1].key : "");
   fs::path svg = options.table;
   write_whole(svg.replace_extension(".svg"), plot.str());
+  write_study_page(page, "Study of " + fs::path(options.scenario).stem().string(), table,
+                   names_of_keys(options), study_runs(options), options.plot, content(picture_of(options)));
+  fs::path html = options.table;
+  write_whole(html.replace_extension(".html"), page.str());
 }
 
 std::string shell_word(const std::string& word) {

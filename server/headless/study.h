@@ -30,9 +30,10 @@ struct StudyOptions {
   std::string scenario;
   std::vector<std::string> arguments;  ///< for every run, besides scenario, values and report
   std::vector<VariedKey> keys;
-  std::filesystem::path table;  ///< CSV; reports of single runs go into TABLE.runs, the plot to TABLE.svg
-  std::string plot;             ///< column; empty: the first contact force, or else the position error
-  int jobs = 1;                 ///< processes at once
+  std::filesystem::path
+      table;         ///< CSV; single runs go into TABLE.runs, plot and page beside it as .svg, .html
+  std::string plot;  ///< column; empty: the result that changes most
+  int jobs = 1;      ///< processes at once
   /// Of `tasks` processes that share the runs, this one does run `task`, task + tasks, ... With more than one
   /// task: they may work at the same time, on several machines, and do not write the table.
   int task = 0, tasks = 1;
@@ -43,7 +44,7 @@ int study_runs(const StudyOptions& options);
 /// Values of a run, in the order of the keys; the last key varies fastest.
 std::vector<double> study_values(const StudyOptions& options, int run);
 
-/// Runs the missing combinations, and writes table and plot. Throws ScenarioError if runs refuse their
+/// Runs the missing combinations, and writes table, plot and page. Throws ScenarioError if runs refuse their
 /// arguments, the directory belongs to another study, or another process works on it. Returns the number of
 /// runs finished earlier.
 int run_study(const StudyOptions& options, std::ostream& progress);

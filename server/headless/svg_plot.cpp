@@ -55,6 +55,12 @@ std::string xml_escaped(const std::string& text) {
   return result;
 }
 
+void begin_svg(std::ostream& out, double width, double height) {
+  out << "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" << width << "\" height=\"" << height
+      << "\" viewBox=\"0 0 " << width << ' ' << height
+      << "\" fill=\"currentColor\" font-family=\"sans-serif\" font-size=\"12\">\n";
+}
+
 void write_svg(std::ostream& out, const Plot& plot) {
   double x_lower = std::numeric_limits<double>::infinity(), x_upper = -x_lower;
   double y_lower = x_lower, y_upper = -x_lower;
@@ -69,38 +75,41 @@ void write_svg(std::ostream& out, const Plot& plot) {
   const auto at_x = [&](double value) { return kLeft + w * across.part(value); };
   const auto at_y = [&](double value) { return kTop + h * (1.0 - up.part(value)); };
   const auto place = [](double value) { return fixed_text(value, 1); };
-  out << "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" << plot.width << "\" height=\"" << plot.height
-      << "\" font-family=\"sans-serif\" font-size=\"12\">\n<rect width=\"100%\" height=\"100%\" "
-         "fill=\"white\"/>\n"
+  begin_svg(out, plot.width, plot.height);
+  out << "<rect class=\"paper\" width=\"100%\" height=\"100%\" fill=\"white\"/>\n"
       << "<text x=\"" << kLeft << "\" y=\"24\" font-size=\"15\">" << xml_escaped(plot.title) << "</text>\n";
   for (double v = across.lower; v <= across.upper + 1e-9 * across.step; v += across.step)
     out << "<path d=\"M" << place(at_x(v)) << ' ' << kTop << " V" << kTop + h
-        << "\" stroke=\"#ddd\"/><text text-anchor=\"middle\" x=\"" << place(at_x(v)) << "\" y=\""
-        << kTop + h + 18 << "\">" << number_text(std::abs(v) < 1e-9 * across.step ? 0.0 : v, 6)
+        << "\" stroke=\"#888\" stroke-opacity=\"0.3\"/><text text-anchor=\"middle\" x=\"" << place(at_x(v))
+        << "\" y=\"" << kTop + h + 18 << "\">" << number_text(std::abs(v) < 1e-9 * across.step ? 0.0 : v, 6)
         << "</text>\n";
   for (double v = up.lower; v <= up.upper + 1e-9 * up.step; v += up.step)
     out << "<path d=\"M" << kLeft << ' ' << place(at_y(v)) << " H" << kLeft + w
-        << "\" stroke=\"#ddd\"/><text text-anchor=\"end\" x=\"" << kLeft - 6 << "\" y=\""
-        << place(at_y(v) + 4) << "\">" << number_text(std::abs(v) < 1e-9 * up.step ? 0.0 : v, 6)
+        << "\" stroke=\"#888\" stroke-opacity=\"0.3\"/><text text-anchor=\"end\" x=\"" << kLeft - 6
+        << "\" y=\"" << place(at_y(v) + 4) << "\">" << number_text(std::abs(v) < 1e-9 * up.step ? 0.0 : v, 6)
         << "</text>\n";
   out << "<text text-anchor=\"middle\" x=\"" << kLeft + w / 2 << "\" y=\"" << plot.height - 14 << "\">"
       << xml_escaped(plot.x) << "</text>\n<text text-anchor=\"middle\" transform=\"translate(18 "
       << kTop + h / 2 << ") rotate(-90)\">" << xml_escaped(plot.y) << "</text>\n";
-  constexpr std::array<const char*, 7> kColors{"#1f77b4", "#d62728", "#2ca02c", "#9467bd",
-                                               "#ff7f0e", "#555555", "#17becf"};
+  // Those of takt view's page, which another page may replace by its theme's.
+  constexpr std::array<const char*, 6> kColors{"#1953bb", "#e96c03", "#00a86b",
+                                               "#d26fb4", "#64410a", "#2a2f37"};
+  constexpr std::array<const char*, 3> kDashes{"", "6 4", "2 3"};
   for (std::size_t l = 0; l < plot.lines.size(); ++l) {
     const auto& [name, points] = plot.lines[l];
-    const char* color = kColors[l % kColors.size()];
-    out << "<polyline fill=\"none\" stroke-width=\"1.5\" stroke=\"" << color << "\" points=\"";
+    out << "<g class=\"c" << l % kColors.size() << "\" color=\"" << kColors[l % kColors.size()]
+        << "\">\n<polyline fill=\"none\" stroke-width=\"1.5\" stroke=\"currentColor\" stroke-dasharray=\""
+        << kDashes[l / kColors.size() % kDashes.size()] << "\" points=\"";
     for (const auto& [px, py] : points) out << place(at_x(px)) << ',' << place(at_y(py)) << ' ';
     out << "\"/>\n";
     if (plot.markers)
       for (const auto& [px, py] : points)
-        out << "<circle r=\"2.5\" fill=\"" << color << "\" cx=\"" << place(at_x(px)) << "\" cy=\""
+        out << "<circle r=\"2.5\" fill=\"currentColor\" cx=\"" << place(at_x(px)) << "\" cy=\""
             << place(at_y(py)) << "\"/>\n";
     if (!name.empty() && l < kMaxNames)
-      out << "<text fill=\"" << color << "\" x=\"" << kLeft + w + 12 << "\" y=\""
+      out << "<text fill=\"currentColor\" x=\"" << kLeft + w + 12 << "\" y=\""
           << kTop + 16.0 * static_cast<double>(l + 1) << "\">" << xml_escaped(name) << "</text>\n";
+    out << "</g>\n";
   }
   if (!plot.legend.empty())
     out << "<text x=\"" << kLeft + w + 12 << "\" y=\"" << kTop - 2 << "\">" << xml_escaped(plot.legend)

@@ -164,7 +164,7 @@ void write_scene_page(std::ostream& out, const Json& scene) {
   }
   for (const Json& resolution : scene["resolutions"]) write_resolution(out, resolution, unit);
   if (!inputs["inputs"].empty()) {
-    HtmlTable table(out, {"input", "value (#)", "standard uncertainty (#)", "contribution" + unit});
+    HtmlTable table(out, {"input", "value #", "standard uncertainty #", "contribution" + unit});
     for (const Json& input : inputs["inputs"])
       table.row({text_of(input["name"]), text_of(input["value"]), text_of(input["standard_uncertainty"]),
                  text_of(input["contribution"])});
@@ -211,8 +211,15 @@ nlohmann::ordered_json verification_json(const Verification& verification) {
 
 void write_verification_page(std::ostream& out, const nlohmann::ordered_json& report) {
   begin_html(out, text_of(report["name"]));
-  out << "<p>Verdict: " << marked(report["verdict"]) << ". " << xml_escaped(text_of(report["description"]))
-      << " Terms: ASME V&amp;V 10 and 20. " << xml_escaped(text_of(report["version"])) << ".</p>\n";
+  const bool good = report["verdict"] == "good";
+  const Json& scenes = report["scenes"];
+  const auto passed = std::count_if(scenes.begin(), scenes.end(),
+                                    [](const Json& scene) { return scene["verdict"] == "good"; });
+  write_verdict(
+      out, good, good ? "good" : "bad",
+      std::to_string(passed) + " of " + counted(scenes.size(), "scene is", "scenes are") + " good.");
+  out << "<p>" << xml_escaped(text_of(report["description"])) << " Terms: ASME V&amp;V 10 and 20. "
+      << xml_escaped(text_of(report["version"])) << ".</p>\n";
   {
     HtmlTable table(out, {"scene", "verdict", "comparison"});
     for (const Json& scene : report["scenes"])

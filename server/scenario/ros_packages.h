@@ -7,8 +7,9 @@
 
 namespace takt {
 
-/// Folders in which packages are searched, each of them one of these: the package itself; a folder of packages (a
-/// workspace's `src`); a prefix with packages below `share` (an entry of AMENT_PREFIX_PATH).
+/// Folders in which packages are searched, each of them one of these: the package itself; a folder of packages or of
+/// repositories of packages (a workspace's `src`); a prefix with packages below `share` (an entry of AMENT_PREFIX_PATH).
+/// A package is called as its folder, or as its package.xml states.
 using PackageFolders = std::vector<std::filesystem::path>;
 
 /// The existing file that `name`, the file name of a mesh in `description`, stands for:

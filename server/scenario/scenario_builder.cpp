@@ -118,6 +118,8 @@ void add_robot(const Scenario& scenario, const ScenarioRobot& robot, const UrdfA
     deadline.max_acceleration[i] = robot.deadline.max_acceleration_rad_per_s2.at(i);
   cell.description.robots.push_back(
       {robot.name, urdf.robot.text, urdf.arm, robot.X_WR, robot.command_period_s, deadline, urdf.links});
+  for (const std::string& remark : urdf.remarks)
+    cell.import_notes.push_back({robot.name, robot.name + ": " + remark + ".", {}});
   if (urdf.standing_joints.empty()) return;
   cell.import_notes.push_back(
       {robot.name,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numbers>
+#include <string_view>
 
 #include "idl/common/text.h"
 
@@ -26,12 +27,15 @@ class ArmBuilder {
       link = joints()[above].parent;
       X_RL = X_RL * X_PL(above).inverse();
       add_links(link, {links()[link].name, -1, X_RL}, above);
+      if (links()[link].name == kWorldLink) remark_world(links()[base], X_RL.inverse());
     }
     return std::move(result_);
   }
 
  private:
   static constexpr std::size_t kNoJoint = static_cast<std::size_t>(-1);
+  static constexpr std::string_view kWorldLink =
+      "world";  ///< by convention of ROS the frame of all that stands
 
   const std::vector<UrdfLink>& links() const { return result_.robot.links; }
   const std::vector<UrdfJoint>& joints() const { return result_.robot.joints; }
@@ -48,6 +52,14 @@ class ArmBuilder {
     const Vec3 axis = joint.axis.normalized();
     if (joint.type == UrdfJointType::prismatic) return joint.X_PJ * Pose{Mat3::Identity(), q * axis};
     return joint.X_PJ * Pose{Eigen::AngleAxisd(q, axis).toRotationMatrix(), Vec3::Zero()};
+  }
+
+  void remark_world(const UrdfLink& base, const Pose& X_WR) {
+    if (X_WR.p.norm() < 1e-9 && (X_WR.R - Mat3::Identity()).norm() < 1e-9) return;
+    result_.remarks.push_back(result_.robot.place(base.line) + "the file places link '" + base.name +
+                              "' at (" + join(X_WR.p, ", ", [](double x) { return number_text(x, 6); }) +
+                              ") m in its link 'world'; pose places '" + base.name +
+                              "' in the cell. base_link: world keeps the place of the file");
   }
 
   void let_others_stand() {
@@ -120,8 +132,20 @@ class ArmBuilder {
     arm.X_JF = X_PJ;
   }
 
-  JointModel joint_model(const UrdfJoint& joint) const {
-    const bool continuous = joint.type == UrdfJointType::continuous;
+  /// Exporters of CAD programs write 0 where no limit is stated, and a continuous joint needs none.
+  double assumed_velocity(const UrdfJoint& joint, int line) {
+    const bool slides = joint.type == UrdfJointType::prismatic;
+    result_.remarks.push_back(result_.robot.place(line) + joint.describe() +
+                              ": the file states no velocity above 0; " +
+                              (slides ? "1 m/s is assumed" : "pi rad/s is assumed"));
+    return slides ? 1.0 : std::numbers::pi;
+  }
+
+  JointModel joint_model(const UrdfJoint& joint) {
+    // Exporters of CAD programs write two zeros where no range is stated.
+    const bool unstated = joint.type == UrdfJointType::revolute && joint.limit && joint.limit->lower == 0.0 &&
+                          joint.limit->upper == 0.0;
+    const bool continuous = joint.type == UrdfJointType::continuous || unstated;
     if (joint.type != UrdfJointType::revolute && joint.type != UrdfJointType::prismatic && !continuous)
       fail(joint, ": the type is not allowed in an arm; allowed: revolute, continuous, prismatic, fixed");
     if (!joint.mimics.empty())
@@ -129,24 +153,24 @@ class ArmBuilder {
     if (!(joint.axis.norm() > 1e-6))
       fail(joint, ": <axis>: xyz: found (" + join(joint.axis, ", ", exact_text) +
                       "); allowed: a vector with a direction");
-    if (!joint.limit) fail(joint, ": found no <limit>; velocity and effort are needed");
-    const UrdfLimit& limit = *joint.limit;
+    const UrdfLimit limit = joint.limit.value_or(UrdfLimit{0.0, 0.0, 0.0, 0.0, joint.line});
     const auto require = [&](bool allowed, const std::string& reason) {
       if (!allowed) result_.robot.fail(limit.line, joint.describe() + ": <limit>: " + reason);
     };
     require(continuous || limit.lower < limit.upper, "found lower " + exact_text(limit.lower) + ", upper " +
                                                          exact_text(limit.upper) +
                                                          "; lower must be below upper");
-    require(limit.velocity > 0.0, "velocity: found " + exact_text(limit.velocity) + "; allowed: > 0");
-    require(limit.effort >= 0.0, "effort: found " + exact_text(limit.effort) + "; allowed: >= 0");
+    if (unstated)
+      result_.remarks.push_back(result_.robot.place(limit.line) + joint.describe() +
+                                ": lower and upper are 0; one turn to each side is assumed");
     JointModel model;
     model.name = joint.name;
     model.type = joint.type == UrdfJointType::prismatic ? JointType::prismatic : JointType::revolute;
     model.axis = joint.axis.normalized();
     model.lower = continuous ? -2.0 * std::numbers::pi : limit.lower;
     model.upper = continuous ? 2.0 * std::numbers::pi : limit.upper;
-    model.max_velocity = limit.velocity;
-    model.max_effort = limit.effort;
+    model.max_velocity = limit.velocity > 0.0 ? limit.velocity : assumed_velocity(joint, limit.line);
+    model.max_effort = std::max(0.0, limit.effort);  // 0: unlimited
     return model;
   }
 

@@ -25,11 +25,15 @@ struct UrdfArm {
   std::vector<std::string> standing_joints;
   /// Of the base link and those below it, the first of `links`: the index in robot.links.
   std::vector<std::size_t> below_base;
+  /// What takt assumes where the file states nothing, and where the file's world is not the scenario's: one sentence
+  /// each, with file and line.
+  std::vector<std::string> remarks;
 };
 
 /// Fixed joints are folded into their neighbours. Accepted are 1 to kMaxJoints moving joints; revolute,
-/// continuous and prismatic joints whose axis has a direction; limits with lower < upper, velocity > 0,
-/// effort >= 0 (continuous joints: +-2 pi). Joints beside the chain stand at 0, at the limit that is nearest to 0, or
+/// continuous and prismatic joints whose axis has a direction; limits with lower < upper (continuous joints: +-2 pi).
+/// A velocity that is missing, 0 or less is not stated: pi rad/s or 1 m/s is assumed; such an effort is unlimited (0).
+/// Joints beside the chain stand at 0, at the limit that is nearest to 0, or
 /// where a joint that they mimic leads them. Throws UrdfError for all else, and as read_urdf().
 UrdfArm read_urdf_arm(const std::filesystem::path& file, const std::string& base_link,
                       const std::string& flange_link, const PackageFolders& packages = {});

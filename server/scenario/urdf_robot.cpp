@@ -289,7 +289,8 @@ class Reader {
 
   UrdfLimit read_limit(const XMLElement& element, const std::string& where) const {
     return {number(element, "lower", where, 0.0), number(element, "upper", where, 0.0),
-            number(element, "velocity", where), number(element, "effort", where), element.GetLineNum()};
+            number(element, "velocity", where, 0.0), number(element, "effort", where, 0.0),
+            element.GetLineNum()};
   }
 
   /// Each link has at most one joint above it, so a walk down from the one root visits all links except those

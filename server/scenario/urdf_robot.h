@@ -59,8 +59,8 @@ enum class UrdfJointType { fixed, revolute, continuous, prismatic, floating, pla
 
 struct UrdfLimit {
   double lower = 0.0, upper = 0.0;  ///< rad or m
-  double velocity = 0.0;            ///< rad/s or m/s
-  double effort = 0.0;              ///< N m or N
+  double velocity = 0.0;            ///< rad/s or m/s; 0 or less: not stated
+  double effort = 0.0;              ///< N m or N; 0 or less: not stated
   int line = 0;
 };
 

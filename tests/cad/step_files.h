@@ -65,12 +65,23 @@ class StepProduct {
     writer.Write(file.c_str());
     Interface_Static::SetCVal("write.step.unit", "MM");
   }
+  /// Each part in a file of its own beside `file`, whose names begin with `prefix`.
+  void write_apart(const std::filesystem::path& file, const char* prefix) {
+    shapes_->UpdateAssemblies();
+    STEPCAFControl_Writer writer;
+    writer.Transfer(document_, STEPControl_AsIs, prefix);
+    writer.Write(file.c_str());
+  }
 
  private:
   Handle(TDocStd_Document) document_;
   Handle(XCAFDoc_ShapeTool) shapes_;
   TDF_Label root_;
 };
+
+inline TopoDS_Shape box(double x, double y, double z) {
+  return BRepPrimAPI_MakeBox(x, y, z).Shape();
+}
 
 inline gp_Trsf moved_by(double x, double y, double z) {
   gp_Trsf X;

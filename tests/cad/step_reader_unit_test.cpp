@@ -16,14 +16,12 @@ namespace {
 
 using product::Instance;
 using product::Product;
+using test::box;
 using test::moved_by;
 using test::StepProduct;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-TopoDS_Shape box(double x, double y, double z) {
-  return BRepPrimAPI_MakeBox(x, y, z).Shape();
-}
 TopoDS_Shape cylinder(double radius, double height) {
   return BRepPrimAPI_MakeCylinder(radius, height).Shape();
 }

@@ -10,6 +10,7 @@
 
 #include "server/headless/comparison.h"
 #include "server/headless/headless_run.h"
+#include "server/headless/html_report.h"
 #include "server/headless/report.h"
 #include "server/scenario/scenario_builder.h"
 
@@ -122,7 +123,13 @@ TEST(RunMetrics, AProgramWithoutStepsIsReportedByItsCalls) {
 }
 
 TEST(RunMetrics, ThePageIsSelfContained) {
-  for (const std::string& page : {kinematic().page, dynamic().page}) {
+  for (std::string page : {kinematic().page, dynamic().page}) {
+    // The picture of the cell is in the page.
+    const std::string image =
+        " src=\"data:image/png;base64,iVBORw0KGgo";  // the eight bytes that begin each PNG file
+    const std::size_t picture = page.find(image);
+    ASSERT_NE(picture, std::string::npos);
+    page.erase(picture, image.size());
     EXPECT_THAT(page, HasSubstr("C into B"));
     EXPECT_THAT(page, HasSubstr("<svg"));
     for (const char* outside : {"src=", "href=", "url(", "@import", "<script", "<link"})
@@ -136,6 +143,25 @@ TEST(RunMetrics, ThePageIsSelfContained) {
   }
   EXPECT_THAT(dynamic().page, HasSubstr("Torques of Robot1"));
   EXPECT_THAT(kinematic().page, HasSubstr("Joint speeds of Robot1"));
+}
+
+TEST(RunMetrics, ThePageBeginsWithTheVerdict) {
+  const std::string& page = dynamic().page;
+  const std::size_t heading = page.find("</h1>"), verdict = page.find("<div class=\"verdict passed\">");
+  ASSERT_NE(verdict, std::string::npos);
+  EXPECT_EQ(page.substr(heading + 5, verdict - heading - 5), "\n");
+  EXPECT_LT(verdict, page.find("<img"));
+  EXPECT_LT(page.find("<img"), page.find("<h2>"));
+  // A demand that is not met is named there, and is the first of its table.
+  Json report = dynamic().report;
+  report["assertions"]["torque"] = {{"verdict", "passed"}, {"sentence", "70 N m"}, {"time", 1.0}};
+  report["assertions"]["time"] = {{"verdict", "failed"}, {"sentence", "12 s; allowed: 10 s"}, {"time", 10.0}};
+  std::ostringstream failing;
+  write_html_report(failing, report, {}, "");
+  EXPECT_THAT(failing.str(),
+              HasSubstr("</h1>\n<div class=\"verdict failed\"><strong>failed</strong><span>1 demand "
+                        "is not met: time; 1 demand is met.</span>"));
+  EXPECT_LT(failing.str().find("allowed: 10 s"), failing.str().find("70 N m"));
 }
 
 TEST(Comparison, ARunDoesNotDifferFromItself) {

@@ -83,8 +83,10 @@ TEST(RunSummary, RobotsAndGrippersHaveTheirLargestLoads) {
 }
 
 TEST(RunSummary, TheFaultThatEndsARunIsAmongTheWarnings) {
-  const Summarised done =
-      run("contact/drop.yaml", {{"world.bounds_m={lower: [-1, -1, 0.01], upper: [1, 1, 2]}"}}, 0.5);
+  ScenarioOptions options;
+  options.overrides = {"parts.Box.pose.position_m=[-3, 0, 0.05]",  // beside the plate
+                       "world.bounds_m={lower: [-4, -1, -0.5], upper: [1, 1, 2]}"};
+  const Summarised done = run("contact/drop.yaml", options, 2.0);
   const Json& warnings = done.report["warnings"];
   ASSERT_FALSE(warnings.empty());
   EXPECT_EQ(warnings.back()["severity"], "error");

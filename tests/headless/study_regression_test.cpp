@@ -93,6 +93,10 @@ TEST_F(StudyRuns, AKilledStudyContinuesAtItsPlace) {
   }
   EXPECT_EQ(rows(), 1U + kRuns);
   EXPECT_TRUE(fs::exists(directory_ / "study.svg"));
+  std::ifstream in(directory_ / "study.html");
+  const std::string page{std::istreambuf_iterator<char>(in), {}};
+  EXPECT_THAT(page, HasSubstr("60 of 60 runs passed."));
+  EXPECT_THAT(page, HasSubstr("data:image/png;base64,"));
   EXPECT_EQ(count(".part"), 0U);
   EXPECT_EQ(count(".log"), 0U);
 }

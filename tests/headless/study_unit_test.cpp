@@ -2,9 +2,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <sstream>
 
+#include "server/headless/html_page.h"
 #include "server/headless/study.h"
+#include "server/headless/study_page.h"
 #include "server/scenario/scenario_reader.h"
 
 namespace takt {
@@ -89,6 +92,79 @@ TEST(Table, APlotHasALineForEachSeriesAndLeavesOutTexts) {
   EXPECT_EQ(count("<circle"), 5);
   EXPECT_THAT(text, HasSubstr("press &lt; fit"));
   EXPECT_EQ(count("<svg"), count("</svg>"));
+}
+
+TEST(HtmlPage, QuantitiesHaveThePrefixThatLeavesOneToAThousand) {
+  EXPECT_EQ(quantity(1234567.0, "Pa"), "1.235 MPa");
+  EXPECT_EQ(quantity(999.99, "N"), "1 kN");
+  EXPECT_EQ(quantity(-0.0003, "m"), "-300 µm");
+  EXPECT_EQ(quantity(4200.0, "m"), "4200 m");
+  EXPECT_EQ(quantity(0.0, "J"), "0 J");
+  EXPECT_EQ(quantity(0.0125, "s"), "0.0125 s");
+  EXPECT_EQ(quantity(0.5, ""), "0.5");
+}
+
+/// The force that a block of 2 kg needs on a slope, N, over friction and angle; it slides where the slope is steeper
+/// than friction holds.
+Table slope_study() {
+  Table table;
+  for (int run = 0; run < 6; ++run) {
+    const double friction = 0.1 + 0.1 * (run / 3), angle_rad = 0.05 + 0.1 * (run % 3);
+    const bool slides = std::tan(angle_rad) > friction;
+    table.begin_row();
+    table.set("run", std::to_string(run));
+    table.set("friction", friction);
+    table.set("angle", angle_rad);
+    table.set("verdict", slides ? "failed" : "passed");
+    table.set("fault", "");
+    table.set("computation_ratio", 0.1 * run);
+    table.set("Slope|Block.normal_force", 2.0 * 9.81 * std::cos(angle_rad));
+    table.set("Slope|Block.time", 0.1 * run);
+    table.set("Drive.electrical_energy", 2.0 * 9.81 * std::sin(angle_rad));
+    table.set("constant", 3.0);
+    table.set("stays", slides ? "failed" : "passed");
+  }
+  return table;
+}
+
+TEST(StudyPage, ResultsThatChangeMostComeFirst) {
+  const Table table = slope_study();
+  // sin changes from 0.05 to 0.25, cos by 3 %; times, ratios, keys and constants are no results that change.
+  EXPECT_THAT(changing_columns(table, {"friction", "angle"}),
+              ElementsAre("Drive.electrical_energy", "Slope|Block.normal_force"));
+}
+
+TEST(StudyPage, TheVerdictIsFirstAndAPlaceOfTheMapIsARun) {
+  std::ostringstream out;
+  write_study_page(out, "slope", slope_study(), {"friction", "angle"}, 6, "", "");
+  const std::string page = out.str();
+  const auto count = [&](const std::string& what) {
+    int n = 0;
+    for (std::size_t at = page.find(what); at != std::string::npos; at = page.find(what, at + 1)) ++n;
+    return n;
+  };
+  // tan 0.15 and tan 0.25 exceed 0.1, tan 0.25 exceeds 0.2.
+  EXPECT_THAT(
+      page,
+      HasSubstr(
+          "</h1>\n<div class=\"verdict failed\"><strong>failed</strong><span>3 of 6 runs passed. stays: "
+          "not met in 3 runs.</span>"));
+  EXPECT_EQ(count("<svg"), 3);  // verdicts and two results
+  EXPECT_EQ(count(", not passed</title>"), 9);
+  EXPECT_EQ(count(", passed</title>"), 9);
+  EXPECT_EQ(count("fill=\"#b3142b\""), 3);
+  EXPECT_THAT(page, HasSubstr("<title>friction 0.2, angle 0.25: 4.854 J, not passed</title>"));
+  EXPECT_EQ(count("<tr>"), 7);
+}
+
+TEST(StudyPage, OneKeyHasCurvesAndMissingRunsAreCounted) {
+  std::ostringstream out;
+  write_study_page(out, "slope", slope_study(), {"angle"}, 8, "Slope|Block.normal_force", "");
+  EXPECT_THAT(out.str(), HasSubstr("2 runs are missing."));
+  const std::size_t asked = out.str().find("Slope|Block.normal_force (N)"),
+                    other = out.str().find("Drive.electrical_energy (J)");
+  ASSERT_NE(other, std::string::npos);
+  EXPECT_LT(asked, other) << "the column that was asked for is first";
 }
 
 }  // namespace

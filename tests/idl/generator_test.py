@@ -147,26 +147,6 @@ class Mistakes(unittest.TestCase):
                                 ':3: T.x has no unit; add @unit("m"), or @unit("1") for a pure number'])
 
 
-class Documents(unittest.TestCase):
-    def test_the_page_of_topics_lists_each_with_its_type_and_delivery(self):
-        root = Path(__file__).resolve().parents[2]
-        reader = idl.read([root / "idl" / "takt_msgs.idl"])
-        delivery = {"instant": "best effort", "latched": "reliable, transient local",
-                    "latched_large": "reliable, transient local"}
-        wanted = set()
-        for struct in reader.structs.values():
-            for topic in (a.arguments for a in struct.annotations if a.name == "topic"):
-                name = "/" + topic["name"].replace("{cell}", "cell").replace("{", "<").replace("}", ">")
-                kind = struct.full_name.replace("/msg/", "/")
-                wanted.add((name, kind) + ((delivery.get(topic["qos"], "reliable"),) if topic["by"] == "server" else ()))
-        found = set()
-        for line in (root / "docs" / "interface.md").read_text().split("## Commands")[0].splitlines():
-            cells = [cell.strip() for cell in line.strip("|").split("|")]
-            if cells[0].startswith("`/"):
-                found.add((cells[0].strip("`"), cells[1].strip("`")) + tuple(cells[3:]))
-        self.assertEqual(found, wanted)
-
-
 ROOT = Path(__file__).resolve().parents[2]
 ENUMERATIONS = """
 module takt {

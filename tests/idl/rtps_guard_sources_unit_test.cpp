@@ -56,6 +56,28 @@ TEST_F(RtpsGuardSources, WhatIsSentInTheNameOfAnotherIsDropped) {
   EXPECT_EQ(flaw(sample(2), kOwn), "none");
 }
 
+TEST_F(RtpsGuardSources, ReadersOfCycloneThatAnswerAHeartbeatAreKnown) {
+  constexpr std::uint8_t of_cyclone = 0x10;
+  constexpr unsigned final = 2;
+  ParticipantPlaces::Prefix foreign{}, own{};
+  foreign.fill(7);
+  own.fill(7);
+  own[0] = 0x01;  // a GUID begins with the vendor
+  own[1] = of_cyclone;
+  const auto acknowledge = [&](const ParticipantPlaces::Prefix& sender, unsigned flags) {
+    Packet sent = Packet().submessage(0x06, flags, Wire().id(kReader).id(kWriter).sequence(3).u32(0).u32(1));
+    std::copy(sender.begin(), sender.end(), sent.wire.bytes.begin() + 8);
+    EXPECT_EQ(flaw(sent, kOwn), "none");
+  };
+  acknowledge(own, 0);  // ahead of any heartbeat
+  EXPECT_FALSE(memory_->is_synchronised(own, kWriter));
+  acknowledge(own, final);
+  EXPECT_TRUE(memory_->is_synchronised(own, kWriter));
+  EXPECT_FALSE(memory_->is_synchronised(own, kWriter + 0x100));
+  acknowledge(foreign, final);
+  EXPECT_FALSE(memory_->is_synchronised(foreign, kWriter));
+}
+
 TEST_F(RtpsGuardSources, ThePartOfAPacketThatNamesAnotherSenderIsChecked) {
   prove(kOwn);
   Packet relayed;

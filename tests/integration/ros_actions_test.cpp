@@ -100,6 +100,9 @@ TEST(RosActions, WrongGoalsAreRefused) {
     spoil(goal);
     return !client.robot->send(++number, goal).accepted;
   };
+  // Its end is also a time behind which stamps are old.
+  EXPECT_FALSE(refused([](Goal&) {}));
+  EXPECT_EQ(client.robot->result(number).status, 4);
   EXPECT_TRUE(refused([](Goal& g) { g.trajectory.points.clear(); }));
   EXPECT_TRUE(refused([](Goal& g) { g.trajectory.joint_names[0] = "nobody"; }));
   EXPECT_TRUE(refused([](Goal& g) { g.trajectory.joint_names[0] = g.trajectory.joint_names[1]; }));
@@ -120,8 +123,6 @@ TEST(RosActions, WrongGoalsAreRefused) {
     g.trajectory.header.stamp.nanosec = 1;
     g.trajectory.points[0].time_from_start = {0, 1};
   }));
-  EXPECT_FALSE(refused([](Goal&) {}));
-  EXPECT_EQ(client.robot->result(number).status, 4);
 }
 
 TEST(RosActions, ANewGoalPreemptsTheRunningOneAndACommandByTopicAbortsIt) {
@@ -350,6 +351,21 @@ TEST(RosActions, AClientOnCycloneDdsFollowsATrajectory) {
       << client.text;
   EXPECT_NE(client.text.find("result: status 4, error 0, Goal successfully reached!"), std::string::npos)
       << client.text;
+}
+
+/// Samples that a dead reader has not acknowledged stay in the history of the replies.
+TEST(RosActions, CallersOnCycloneDdsGetTheirFirstRepliesBesideADeadOne) {
+  tell_cyclone();
+  DdsService service(in_real_time());
+  {
+    ChildProcess dies(cyclone_arguments(service.loop->cell(), "1000", "0.1"));
+    ASSERT_TRUE(dies.wait_for_output("accepted: 1")) << dies.text;
+  }
+  for (const char* first : {"0.1", "0.0", "0.1"}) {
+    ChildProcess client(cyclone_arguments(service.loop->cell(), "0.5", first));
+    EXPECT_EQ(client.wait(), 0) << client.text;
+    EXPECT_NE(client.text.find("result: status 4"), std::string::npos) << client.text;
+  }
 }
 
 TEST(RosActions, ClientsOnBothMiddlewaresCallAtOnce) {

@@ -3,7 +3,7 @@
 # (FOLDER/kuka_drivers, rsi_simulator.py, unchanged, on a stub of rclpy). It stands at 0, -90, 90, 0, 90, 0 degrees.
 set -euo pipefail
 bin=$(readlink -f "$1") scratch=$3
-simulator=$(find "$2/kuka_drivers" -name rsi_simulator.py 2>/dev/null | head -n 1)
+simulator=$(find "$2" -path "*/kuka_drivers/*" -name rsi_simulator.py | head -n 1)
 [[ -n $simulator ]] || { echo "kuka_simulator: no kuka_drivers in $2" >&2; exit 77; }
 mkdir -p "$scratch"
 # shellcheck source=gateway_run.sh

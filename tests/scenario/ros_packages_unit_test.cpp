@@ -54,11 +54,42 @@ TEST_F(RosPackages, TheFirstFolderCountsAndThenThoseAboveTheDescription) {
   EXPECT_EQ(found(name, {}), "nothing");
 }
 
+TEST_F(RosPackages, AreCalledAsTheirManifestStates) {
+  const auto package = [&](const std::string& folder, const std::string& name) {
+    make(folder + "/meshes/link.stl");
+    directory_.write(folder + "/package.xml", "<?xml version=\"1.0\"?>\n<package format=\"3\">\n  <name> " +
+                                                  name + "\n</name>\n</package>\n");
+  };
+  package("src/Arm_ROS2_Description", "arm_description");  // a repository that is one package
+  package("src/vendor/hand_files", "hand_description");    // a repository of packages
+  package("src/arm_description_old", "other");
+  make("src/none/package.xml");  // no manifest
+  const std::string arm = "package://arm_description/meshes/link.stl",
+                    hand = "package://hand_description/meshes/link.stl";
+  EXPECT_EQ(found(arm, {directory_ / "src"}), "src/Arm_ROS2_Description/meshes/link.stl");
+  EXPECT_EQ(found(arm, {directory_ / "src/Arm_ROS2_Description"}),
+            "src/Arm_ROS2_Description/meshes/link.stl");
+  EXPECT_EQ(found(hand, {directory_ / "src"}), "src/vendor/hand_files/meshes/link.stl");
+  EXPECT_EQ(found(arm, {}, "src/Arm_ROS2_Description/urdf/arm.urdf"),
+            "src/Arm_ROS2_Description/meshes/link.stl");
+  EXPECT_EQ(found("package://other/meshes/link.stl", {}, "src/Arm_ROS2_Description/urdf/arm.urdf"),
+            "src/arm_description_old/meshes/link.stl");
+  EXPECT_EQ(found("package://none_description/meshes/link.stl", {directory_ / "src"}), "nothing");
+  // A folder of that name comes first.
+  make("src/arm_description/meshes/link.stl");
+  EXPECT_EQ(found(arm, {directory_ / "src"}), "src/arm_description/meshes/link.stl");
+}
+
 TEST_F(RosPackages, OtherNamesAreFiles) {
   const auto file = make("robots/meshes/link.stl");
   EXPECT_EQ(found("meshes/link.stl", {}, "robots/robot.urdf"), "robots/meshes/link.stl");
   EXPECT_EQ(found("file://" + file.string(), {}), "robots/meshes/link.stl");
   EXPECT_EQ(found(file.string(), {}), "robots/meshes/link.stl");
+  // A place on another machine names a package that is here.
+  make("packages/arm/meshes/hand.stl");
+  const std::string elsewhere = "file:///opt/ws/install/arm/share/arm/meshes/hand.stl";
+  EXPECT_EQ(found(elsewhere, {directory_ / "packages"}), "packages/arm/meshes/hand.stl");
+  EXPECT_EQ(found(elsewhere, {}), "nothing");
   EXPECT_EQ(package_of("package://arm/m.stl"), "arm");
   EXPECT_EQ(package_of("meshes/package.stl"), "");
 }

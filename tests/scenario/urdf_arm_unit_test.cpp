@@ -204,6 +204,56 @@ TEST_F(UrdfArmOfAFile, JointsBesideTheChainStandStill) {
   EXPECT_EQ(pose("far"), Pose{});
 }
 
+TEST_F(UrdfArmOfAFile, ARevoluteJointWithoutARangeTurnsOnceToEachSideWithARemark) {
+  const std::string inside = "<axis xyz='0 0 1'/><limit lower='0' upper='0' velocity='2' effort='3'/>";
+  const UrdfArm arm = read(two_joints(joint("j2", "revolute", "b", "c", inside)));
+  EXPECT_EQ(arm.arm.joints[1].lower, -2.0 * M_PI);
+  EXPECT_EQ(arm.arm.joints[1].upper, 2.0 * M_PI);
+  ASSERT_EQ(arm.remarks.size(), 1U);
+  EXPECT_THAT(arm.remarks[0], HasSubstr("joint 'j2' (revolute): lower and upper are 0"));
+  EXPECT_THROW(read(two_joints(joint("j2", "prismatic", "b", "c", inside))), std::exception);
+}
+
+TEST_F(UrdfArmOfAFile, LimitsThatAreNotStatedAreAssumedWithARemark) {
+  const std::string axis = "<axis xyz='0 0 1'/>", range = "<limit lower='-1' upper='1' ";
+  for (const auto& [type, inside] :
+       {std::pair<std::string, std::string>{"continuous",
+                                            ""},             // needs no <limit>: wiki.ros.org/urdf/XML/joint
+        {"continuous", "<limit effort='0' velocity='0'/>"},  // as exporters of CAD programs write it
+        {"revolute", range + "velocity='0' effort='0'/>"},
+        {"revolute", range + "velocity='-1' effort='-1'/>"},
+        {"revolute", range + "effort='0'/>"},
+        {"prismatic", range + "/>"}}) {
+    const UrdfArm arm = read(two_joints(joint("j2", type, "b", "c", axis + inside)));
+    const bool slides = type == "prismatic";
+    EXPECT_EQ(arm.arm.joints[1].max_velocity, slides ? 1.0 : M_PI) << inside;
+    EXPECT_EQ(arm.arm.joints[1].max_effort, 0.0) << inside;
+    ASSERT_EQ(arm.remarks.size(), 1U) << inside;
+    EXPECT_THAT(arm.remarks[0],
+                AllOf(HasSubstr("line 6: joint 'j2' (" + type + "): the file states no velocity"),
+                      HasSubstr(slides ? "1 m/s" : "pi rad/s")));
+  }
+  EXPECT_THAT(read(two_joints(joint("j2", "revolute", "b", "c"))).remarks, testing::IsEmpty());
+}
+
+TEST_F(UrdfArmOfAFile, AWorldThatIsElsewhereIsRemarked) {
+  const auto standing = [&](const std::string& origin) {
+    return robot(link("world") + link("table") + link("a") + link("b") +
+                 joint("w", "fixed", "world", "table", origin) +
+                 joint("t", "fixed", "table", "a", "<origin xyz='0 0 0.5'/>") +
+                 joint("j1", "revolute", "a", "b"));
+  };
+  const UrdfArm arm = read(standing("<origin xyz='1 2 0' rpy='0 0 1.5707963267948966'/>"), "a", "b");
+  ASSERT_EQ(arm.remarks.size(), 1U);
+  EXPECT_THAT(arm.remarks[0], AllOf(HasSubstr("places link 'a' at (1, 2, 0.5) m in its link 'world'"),
+                                    HasSubstr("base_link: world")));
+  EXPECT_THAT(read(standing("<origin xyz='0 0 -0.5'/>"), "a", "b").remarks, testing::IsEmpty());
+  // By its link `world` the arm stands where the file has it.
+  const UrdfArm kept = read(standing("<origin xyz='1 2 0'/>"), "world", "b");
+  EXPECT_THAT(kept.remarks, testing::IsEmpty());
+  EXPECT_LT((kept.arm.joints[0].X_PJ.p - Vec3(1.0, 2.0, 0.5)).norm(), 1e-15);
+}
+
 TEST_F(UrdfArmOfAFile, NamesOtherFormats) {
   EXPECT_THAT(error_of("<robot name='r' xmlns:xacro='http://ros.org/wiki/xacro'>\n<link name='a'/>\n"
                        "<xacro:include filename='x.xacro'/></robot>"),
@@ -226,18 +276,11 @@ TEST_F(UrdfArmOfAFile, RefusesBadJoints) {
   EXPECT_THAT(error("planar", axis), HasSubstr("joint 'j2' (planar): the type is not allowed"));
   EXPECT_THAT(error("hinge", axis + limit), AllOf(HasSubstr("j2"), HasSubstr("hinge")));
   EXPECT_THAT(error("revolute", axis), AllOf(HasSubstr("joint 'j2'"), HasSubstr("found no <limit>")));
-  EXPECT_THAT(error("continuous", axis), HasSubstr("joint 'j2' (continuous): found no <limit>"));
   EXPECT_THAT(error("revolute", limit + "<axis xyz='0 0 0'/>"),
               HasSubstr("<axis>: xyz: found (0, 0, 0); allowed: a vector with a direction"));
   EXPECT_THAT(error("revolute", axis + "<limit lower='1' upper='1' velocity='2' effort='3'/>"),
               AllOf(HasSubstr("line 6: joint 'j2' (revolute): <limit>: found lower 1, upper 1"),
                     HasSubstr("lower must be below upper")));
-  EXPECT_THAT(error("revolute", axis + "<limit lower='-1' upper='1' velocity='0' effort='3'/>"),
-              HasSubstr("<limit>: velocity: found 0; allowed: > 0"));
-  EXPECT_THAT(error("revolute", axis + "<limit lower='-1' upper='1' velocity='2' effort='-3'/>"),
-              HasSubstr("<limit>: effort: found -3; allowed: >= 0"));
-  EXPECT_THAT(error("revolute", axis + "<limit lower='-1' upper='1' effort='3'/>"),
-              HasSubstr("<limit>: velocity: found ''; allowed: a finite number"));
   EXPECT_THAT(error("revolute", axis + limit + "<mimic joint='j1'/>"), HasSubstr("it mimics joint 'j1'"));
   for (const char* bad : {"nan", "inf", "1e999", "1,5", "x"}) {
     EXPECT_THAT(error("revolute",

@@ -17,6 +17,19 @@ const patient = (browser) => {
 };
 export const chromium = {launch: async (options) => patient(await stock.launch(options))};
 
+// What a pointer shows depends on the places of things, and a page that draws seldom may have moved them since they were
+// measured: the act (which measures, moves, and may be done again) is repeated until its effect is there.
+export async function point(page, act, condition, argument) {
+  for (const end = Date.now() + PATIENCE_MS; ; ) {
+    await act();
+    try {
+      return await page.waitForFunction(condition, argument, {timeout: 3000, polling: 50});
+    } catch (error) {
+      if (Date.now() > end) throw new Error(`${error.message}\nno effect of the pointer: ${condition}`);
+    }
+  }
+}
+
 // Opens the page of takt view once it shows a cell: the page, and short words for what tests do with it. What it says of
 // errors is kept in `problems`.
 export async function visit(browser, url, viewport = {width: 900, height: 560}, colorScheme = 'light') {
@@ -24,7 +37,9 @@ export async function visit(browser, url, viewport = {width: 900, height: 560}, 
   const problems = [];
   page.on('pageerror', (error) => problems.push(error.message));
   page.on('console', (message) => { if (message.type() === 'error' && !message.text().includes('WebSocket')) problems.push(message.text()); });
-  const until = (condition, argument) => page.waitForFunction(condition, argument, {timeout: PATIENCE_MS, polling: 50});
+  const until = (condition, argument) => page.waitForFunction(condition, argument, {timeout: PATIENCE_MS, polling: 50}).catch(async (error) => {
+    throw new Error(`${error.message}\nwaited for ${condition} with ${JSON.stringify(argument)}\nthe page says: ${await page.locator('body').innerText()}`);
+  });
   const ask = (what, argument) => page.evaluate(what, argument);
   await page.goto(url);
   await until(() => takt.last.state && takt.last.status && takt.cell.frames > 0);

@@ -1,8 +1,9 @@
 // The look of the page: its first picture of several cells has all of the cell, in three sizes, light and dark; a selection
 // is the same in tree, picture and inspector, by mouse and by key; requests of the inspector are in the state on DDS.
-// TAKT_SCREENSHOT=FOLDER/NAME.png keeps the pictures as FOLDER/CELL_WIDTH_THEME.png.
+// TAKT_SCREENSHOT=FOLDER/NAME.png keeps the pictures as FOLDER/CELL_WIDTH_THEME.png, TAKT_LOOK_CELL=FILE,FOLDER looks at that
+// cell too, whose robots have their mesh files in the folder.
 import {strict as assert} from 'node:assert';
-import {dirname} from 'node:path';
+import {basename, dirname} from 'node:path';
 import {findings} from './axe.mjs';
 import {chromium, executable, visit} from './browser.mjs';
 import {server, start, stop, takt, view} from './processes.mjs';
@@ -84,10 +85,13 @@ await stop(bridge);
 await stop(running);
 
 stage('pictures');
-// All corners of what is drawn are in the picture, at each size and in both themes.
-for (const scenario of ['block_assembly', 'chainsaw_motor', 'bev_rotor', 'nut_on_bolt', 'gear_on_shaft']) {
-  const cell = await start('takt-server', [`${process.env.TAKT_SOURCES}/config/scenarios/${scenario}.yaml`, '--cell', process.env.TAKT_CELL, '--paused']);
-  const {child: bridge, url} = await view();
+// All corners of what is drawn are in the picture and none below a tool, at each size and in both themes.
+const cells = ['block_assembly', 'chainsaw_motor', 'bev_rotor', 'nut_on_bolt', 'gear_on_shaft'].map((name) => [`${process.env.TAKT_SOURCES}/config/scenarios/${name}.yaml`]);
+if (process.env.TAKT_LOOK_CELL) cells.push(process.env.TAKT_LOOK_CELL.split(','));
+for (const [file, folder] of cells) {
+  const scenario = basename(file, '.yaml');
+  const cell = await start('takt-server', [file, '--cell', process.env.TAKT_CELL, '--paused', ...(folder ? ['--packages', folder] : [])]);
+  const {child: bridge, url} = await view(0, ...(folder ? ['--files', folder] : []));
   for (const [width, height] of SIZES)
     for (const colorScheme of ['light', 'dark']) {
       const seen = await visit(browser, url, {width, height}, colorScheme);
@@ -95,13 +99,12 @@ for (const scenario of ['block_assembly', 'chainsaw_motor', 'bev_rotor', 'nut_on
       await seen.pixels();
       // Meshes of robots come after the first picture, and the view follows them.
       await seen.until(() => {
-        const {camera} = takt.cell, box = takt.eye.bounds();
+        const {camera, canvas} = takt.cell, place = canvas.getBoundingClientRect(), tools = [...document.querySelectorAll('#camera button, #scale-bar')].map((one) => one.getBoundingClientRect());
         camera.updateMatrixWorld();
-        for (let i = 0; i < 8; ++i) {
-          const {x, y} = box.min.clone().set(box[i & 1 ? 'max' : 'min'].x, box[i & 2 ? 'max' : 'min'].y, box[i & 4 ? 'max' : 'min'].z).project(camera);
-          if (Math.abs(x) > 1 || Math.abs(y) > 1) return false;
-        }
-        return true;
+        return takt.eye.corners().every((corner) => {
+          const {x, y} = corner.project(camera), [left, top] = [place.left + (x + 1) / 2 * place.width, place.top + (1 - y) / 2 * place.height];
+          return Math.abs(x) <= 1 && Math.abs(y) <= 1 && !tools.some((tool) => left > tool.left && left < tool.right && top > tool.top && top < tool.bottom);
+        });
       });
       assert.equal(await seen.ask(() => document.documentElement.classList.contains('wa-dark')), colorScheme === 'dark');
       await seen.until(() => document.documentElement.scrollWidth <= innerWidth);  // nothing beside the screen

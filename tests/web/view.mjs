@@ -9,7 +9,7 @@ const chromiumHere = executable();
 let {child: bridge, url} = await view();  // before there is anything to see
 let running = await server('--paused', '--lod', '3', '--set', 'solver.method=implicit');
 const browser = await chromium.launch(chromiumHere);
-const page = await browser.newPage({viewport: process.env.TAKT_SCREENSHOT ? {width: 1400, height: 860} : {width: 900, height: 560}});
+const page = await browser.newPage({viewport: process.env.TAKT_SCREENSHOT ? {width: 1400, height: 900} : {width: 900, height: 560}});
 const problems = [];
 page.on('pageerror', (error) => problems.push(error.message));
 page.on('console', (message) => { if (message.type() === 'error' && !message.text().includes('WebSocket')) problems.push(message.text()); });
@@ -90,10 +90,19 @@ assert.deepEqual((await page.locator('#pressures div').allTextContents()).map((r
   const named = (index) => takt.last.description.components[index].name;
   return takt.last.contact_pressures.pairs.map(({base, target, pressures}) => `${named(base)}-${named(target)} ${pressures.length} elements`);
 }));
-if (process.env.TAKT_SCREENSHOT) await page.screenshot({path: process.env.TAKT_SCREENSHOT.replace('.png', '_pressures.png')});
+if (process.env.TAKT_SCREENSHOT) {  // of one Part from nearby, and no answer in front of it
+  await ask(() => { takt.select({kind: 'component', name: 'P'}); takt.eye.fit('iso', takt.cell.chosen, false); });
+  await until(() => !document.querySelector('#answer').classList.contains('shown'));
+  await ask(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+  await page.screenshot({path: process.env.TAKT_SCREENSHOT.replace('.png', '_pressures.png')});
+  await ask(() => { takt.select(null); takt.eye.fit('iso', null, false); });
+}
 await page.selectOption('#pressure', '');
 await until(() => takt.cell.pressed.size === 0);
-if (process.env.TAKT_SCREENSHOT) await page.screenshot({path: process.env.TAKT_SCREENSHOT});
+if (process.env.TAKT_SCREENSHOT) {
+  await until(() => takt.cell.settled && !document.querySelector('#answer').classList.contains('shown'));
+  await page.screenshot({path: process.env.TAKT_SCREENSHOT});
+}
 
 stage('plots');
 // A plot that was asked for fills.

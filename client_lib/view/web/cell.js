@@ -6,7 +6,7 @@ import {OBJLoader} from 'three/addons/loaders/OBJLoader.js';
 import {RoomEnvironment} from 'three/addons/environments/RoomEnvironment.js';
 import {STLLoader} from 'three/addons/loaders/STLLoader.js';
 import URDFLoader from 'urdf-loader';
-import {ComponentType, PartState, nameOf} from './messages.js';
+import {ComponentType, JointType, PartState, nameOf} from './messages.js';
 
 // Words and colours of Parts, by PartState.
 export const STATES = Object.fromEntries([PartState.free, PartState.grasped, PartState.placed, PartState.assembled].map((state) => [state, state === PartState.grasped ? 'held' : nameOf(PartState, state)]));
@@ -149,7 +149,7 @@ export class Cell {
   }
 
   setFrames(on) {
-    for (const {axes} of this.components) axes.visible = on;
+    for (const {axes, mesh} of this.components) if (on) mesh.add(axes); else axes.removeFromParent();  // boxes are around what is there
     this.dirty = true;
   }
   setEdges(on) {
@@ -182,9 +182,8 @@ export class Cell {
         mesh.add(edges);
       }
       const axes = new THREE.AxesHelper(0.06);
-      axes.visible = this.options.frames;
       axes.raycast = () => {};
-      mesh.add(axes);
+      if (this.options.frames) mesh.add(axes);
       this.world.add(mesh);
       const arrow = new Arrow(FORCE), line = new THREE.Line(
         new THREE.BufferGeometry().setFromPoints([new THREE.Vector3(), new THREE.Vector3()]), new THREE.LineBasicMaterial({color: HOLDS, depthTest: false, transparent: true}));
@@ -213,12 +212,23 @@ export class Cell {
       base.userData.chosen = {kind: 'robot', name: robot.name};
       base.add(model);
       this.world.add(base);
+      this.stand(robot);
       return {model, joints: robot.joints.map((joint) => joint.name)};
     });
     this.patches = [];
     this.pressed = new Map();  // pairs whose elements are shown
     this.setSection(this.section, this.cut);
     this.dirty = true;
+  }
+
+  // What carries a robot is no part of a cell: a column from the floor up to the base of one that stands above it. Robots that
+  // hang, and slides, are carried in other ways.
+  stand({name, joints: [first], base: {position: {x, y, z}, rotation}}) {
+    if (!(z > 0) || rotation.zz < 0.9 || first?.type !== JointType.revolute) return;
+    const column = new THREE.Mesh(new THREE.BoxGeometry(0.22, 0.22, z).translate(x, y, 0.5 * z), new THREE.MeshStandardMaterial({color: 0x737578, roughness: 0.7}));
+    column.castShadow = column.receiveShadow = true;
+    column.userData.chosen = {kind: 'robot', name};
+    this.world.add(column);
   }
 
   // One material for all that is drawn of robots, in the colour that it has, with the section.
@@ -245,6 +255,7 @@ export class Cell {
       done(model);  // gives it the material of the URDF
       this.dress(model);
       this.dirty = true;
+      this.onGrown?.();
     }, undefined, () => { missing(); done(new THREE.Group()); });
   }
 

@@ -22,19 +22,41 @@ export class Eye {
     return box.isEmpty() ? null : box;
   }
 
-  // From `direction` (kept without one) so that the box is in the picture with some air around it.
+  // Of the box around each thing that is drawn.
+  corners(of = null) {
+    const found = [];
+    this.cell.scene.updateMatrixWorld(true);
+    for (const thing of of ? [of] : this.cell.world.children.filter(({visible}) => visible)) {
+      const {min, max} = new THREE.Box3().expandByObject(thing);
+      for (let i = 0; i < 8 && min.x <= max.x; ++i) found.push(new THREE.Vector3((i & 1 ? max : min).x, (i & 2 ? max : min).y, (i & 4 ? max : min).z));
+    }
+    return found;
+  }
+
+  // From `direction` (kept without one) so that all is in the picture, below the tools, with some air around it.
   fit(direction = null, of = null, fly = true) {
     const box = this.bounds(of), {cell} = this;
     if (!box) return;
     const towards = direction ? new THREE.Vector3(...FROM[direction]).normalize() : cell.camera.position.clone().sub(cell.orbit.target).normalize();
-    const target = box.getCenter(new THREE.Vector3());
-    // The eight corners, seen from there: so far that the widest and the highest are inside.
-    const look = new THREE.Matrix4().lookAt(towards, new THREE.Vector3(), new THREE.Vector3(0, 0, 1)).invert(), corner = new THREE.Vector3();
-    const high = Math.tan(THREE.MathUtils.degToRad(this.deep.fov / 2)) / 1.15, wide = high * this.deep.aspect;
-    let distance = 0.1;
-    for (let i = 0; i < 8; ++i) {
-      corner.set(box[i & 1 ? 'max' : 'min'].x, box[i & 2 ? 'max' : 'min'].y, box[i & 4 ? 'max' : 'min'].z).sub(target).applyMatrix4(look);
-      distance = Math.max(distance, corner.z + Math.abs(corner.x) / wide, corner.z + Math.abs(corner.y) / high);
+    const target = box.getCenter(new THREE.Vector3()), frame = new THREE.Matrix4().lookAt(towards, new THREE.Vector3(), new THREE.Vector3(0, 0, 1));
+    const [right, up] = [0, 1].map((axis) => new THREE.Vector3().setFromMatrixColumn(frame, axis)), corners = this.corners(of), look = frame.clone().invert(), seen = new THREE.Vector3();
+    // Parts of half the picture: how far to the side, below and above things may be.
+    const {canvas} = cell, tools = canvas.parentElement.querySelector('#camera'), covered = of ? 0 : (tools.offsetTop + tools.offsetHeight) / Math.max(canvas.clientHeight, 1);
+    const high = Math.tan(THREE.MathUtils.degToRad(this.deep.fov / 2)), wide = high * this.deep.aspect, side = 0.93, below = 0.93, above = Math.max(0.97 - 2 * covered, 0.3);
+    let distance = 0;
+    // The middle of what is seen comes to the middle of the room for it: a few times, since what is near looks larger.
+    for (let round = 0; round < 6; ++round) {
+      distance = 0.1;
+      const extent = {left: Infinity, right: -Infinity, low: Infinity, top: -Infinity};
+      for (const corner of corners) {
+        const {x, y, z} = seen.copy(corner).sub(target).applyMatrix4(look);
+        distance = Math.max(distance, z + Math.abs(x) / (side * wide), z + (y > 0 ? y / (above * high) : -y / (below * high)));
+      }
+      for (const corner of corners) {
+        const {x, y, z} = seen.copy(corner).sub(target).applyMatrix4(look), depth = distance - z;
+        Object.assign(extent, {left: Math.min(extent.left, x / depth), right: Math.max(extent.right, x / depth), low: Math.min(extent.low, y / depth), top: Math.max(extent.top, y / depth)});
+      }
+      if (round < 5 && corners.length) target.addScaledVector(right, distance * (extent.left + extent.right) / 2).addScaledVector(up, distance * ((extent.low + extent.top) / 2 - high * (above - below) / 2));
     }
     if (of) distance = Math.max(distance * 1.6, 0.1);
     const position = target.clone().addScaledVector(towards, distance);

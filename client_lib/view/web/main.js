@@ -251,11 +251,11 @@ function pressureLegend(pairs) {
     ...pairs.map((pair) => make('div', `${pairName(pair.base, pair.target)}: ${pressureText(pair.largest_pressure)}, ${pair.pressures.length} elements${pair.omitted ? ` of ${pair.pressures.length + pair.omitted}` : ''}`)));
 }
 // The server sends pressures while a client repeats its request. A recording has the pressures that were requested during it.
-function askForPressures() {
+function askForPressures(again) {
   const pairs = $('pressure').value;
-  if (pairs && !playback && link.service && !$('play').disabled) ask('watch_pressures', {pairs: [pairs], duration: 15}).catch(() => {});
+  if (pairs && !playback && link.service && !$('play').disabled) ask('watch_pressures', {pairs: [pairs], duration: 15}, again).catch(() => {});
 }
-setInterval(askForPressures, 5000);
+setInterval(() => askForPressures(true), 5000);
 $('pressure').onchange = () => {
   if (!$('pressure').value) takes.contact_pressures({pairs: []});
   else if (last.contact_pressures) takes.contact_pressures(last.contact_pressures);
@@ -352,7 +352,7 @@ function first() {
   cell.lay(box.getCenter(new box.min.constructor()), Math.max(0.6 * size.length(), 0.1), Math.min(box.min.z, 0));
   if (!fitted) eye.fit('iso', null, false);
 }
-cell.onSize = () => { if (!fitted && generation !== null && !eye.past.length) eye.fit('iso', null, false); };
+cell.onSize = cell.onGrown = () => { if (!fitted && generation !== null && !eye.past.length) eye.fit('iso', null, false); };
 cell.onDraw = () => {
   const {length, pixels} = eye.scale();
   $('scale-bar').firstChild.style.width = `${pixels.toFixed(0)}px`;

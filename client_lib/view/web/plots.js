@@ -7,7 +7,7 @@ import {levelsOf, valueText} from './signals.js';
 
 // A colour of the page's theme, at each drawing.
 const themed = (name) => () => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
-const COLORS = 6, DASHES = [[], [6, 4], [2, 3]], PERIOD_MS = 50, HEIGHT = 150, MOST = 8;
+const COLORS = 6, DASHES = [[], [6, 4], [2, 3]], PERIOD_MS = 50, LOWEST = 150, HIGHEST = 320, MOST = 8;
 const topicOf = (name) => name.slice(0, name.indexOf('.'));
 export const labelOf = (name) => levelsOf(name).slice(1).join(' ');
 const clamp = (value, low, high) => Math.min(Math.max(value, low), high);
@@ -17,10 +17,22 @@ export class Plots {
   // save(plot, kind): the file of a plot.
   constructor(place, {changed, picked, unitOf, past, save}) {
     Object.assign(this, {place, changed, picked, unitOf, past, save, plots: [], tracks: new Map(), epoch: null, current: null, dirty: false, drawn: -Infinity, span: null, end: null, now: null, cursor: null});
-    this.resized = new ResizeObserver(() => { for (const {chart, holder} of this.plots) chart.setSize({width: this.width(holder), height: HEIGHT}); });
+    this.resized = new ResizeObserver(() => this.fit());
     this.resized.observe(place);
   }
 
+  // Plots share the height of the panel, where it has one of its own.
+  height({holder}) {
+    const style = getComputedStyle(this.place), columns = style.gridTemplateColumns.split(' ').length, rows = Math.ceil(this.plots.length / columns), gap = parseFloat(style.rowGap) || 0;
+    if (style.overflowY === 'visible') return LOWEST;
+    return clamp(Math.floor((this.place.clientHeight - (rows - 1) * gap) / rows - holder.querySelector('.head').offsetHeight - 12), LOWEST, HIGHEST);
+  }
+  fit() {
+    for (const plot of this.plots) {
+      const width = this.width(plot.holder), height = this.height(plot);
+      if (plot.chart && (plot.chart.width !== width || plot.chart.height !== height)) plot.chart.setSize({width, height});
+    }
+  }
   width(holder) { return Math.max(holder.querySelector('.chart').clientWidth, 200); }
   curve(name) { for (const {curves} of this.plots) for (const one of curves) if (one.name === name) return one; return null; }
   has(name) { return Boolean(this.curve(name)); }
@@ -89,6 +101,7 @@ export class Plots {
     plot.holder.remove();
     this.plots.splice(i, 1);
     this.choose(this.plots[Math.min(i, this.plots.length - 1)] ?? null);
+    this.fit();
     if (focused) (this.current?.holder ?? $('signal')).focus();
     this.changed();
   }
@@ -122,7 +135,7 @@ export class Plots {
     const axis = {stroke: themed('--ink'), grid: {stroke: themed('--line'), width: 1}, ticks: {stroke: themed('--line'), width: 1}, font: '11px system-ui, sans-serif', labelFont: '11px system-ui, sans-serif'};
     const side = (i) => ({...axis, scale: `y${i}`, side: i ? 1 : 3, size: 52, label: units[i] || undefined, labelSize: 14, grid: {...axis.grid, show: i === 0}, values: (chart, values) => values.map((value) => String(Number(value.toPrecision(6))))});
     plot.chart = new uPlot({
-      width: this.width(holder), height: HEIGHT, legend: {show: false},
+      width: this.width(holder), height: this.height(plot), legend: {show: false},
       scales: {x: {time: false}, ...Object.fromEntries(units.map((unit, i) => [`y${i}`, {}]))},
       axes: [{...axis, size: 24}, ...units.map((unit, i) => side(i))],
       series: [{label: 's'}, ...curves.map((curve) => ({
@@ -159,6 +172,7 @@ export class Plots {
       waiting = setTimeout(() => this.picked(time), 250);  // a second click makes it a double one
     });
     this.paintLegend(plot);
+    this.fit();
     this.touch();
   }
 
@@ -191,7 +205,7 @@ export class Plots {
   }
   shown() {
     const [first, last] = this.range();
-    if (this.span === null) return [first, Math.max(last, first + 1e-3)];
+    if (this.span === null) return [first, last > first ? last : first + 1];
     const end = this.end ?? last;
     return [end - this.span, end];
   }

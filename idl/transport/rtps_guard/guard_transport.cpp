@@ -12,6 +12,7 @@
 #include "idl/transport/fastdds/host_local_udp.h"
 #include "idl/transport/rtps_guard/packet_cork.h"
 #include "idl/transport/rtps_guard/rtps_submessage.h"
+#include "idl/transport/rtps_guard/wire_cursor.h"
 
 namespace takt {
 namespace {
@@ -278,6 +279,14 @@ void bound_what_is_remembered(dds::DomainParticipantQos& qos) {
 }
 
 }  // namespace
+
+bool PacketGuard::is_synchronised(const rtps::GuidPrefix_t& participant,
+                                  const rtps::EntityId_t& writer) const {
+  if (limits_.encrypted) return true;
+  ParticipantPlaces::Prefix prefix{};
+  std::copy_n(participant.value, prefix.size(), prefix.begin());
+  return memory_.is_synchronised(prefix, WireCursor({writer.value, 4}, true).entity_id());
+}
 
 void PacketGuard::follow(DiscoveryListener& listener) {
   using Presence = DiscoveryListener::Presence;

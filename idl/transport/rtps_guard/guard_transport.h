@@ -43,6 +43,9 @@ class PacketGuard : public std::enable_shared_from_this<PacketGuard> {
   /// Of the packets with samples, from this machine. Closed with transports of a profile.
   UdpReceiver& receiver() { return receiver_; }
   LivelinessTracker& heard() const { return heard_; }
+  /// Whether a reader of this participant is known to have answered a heartbeat of this own writer. Encrypted answers
+  /// cannot be seen: true.
+  bool is_synchronised(const rtps::GuidPrefix_t& participant, const rtps::EntityId_t& writer) const;
   /// The process was suspended for long: all packets are dropped for a moment (suspend_detector.h).
   bool quarantined() { return suspend_ && suspend_->quarantined(); }
   /// When that was noticed last; the clock's epoch: never.
@@ -64,7 +67,7 @@ class PacketGuard : public std::enable_shared_from_this<PacketGuard> {
 
  private:
   const GuardLimits limits_;
-  RtpsSessionState memory_;
+  mutable RtpsSessionState memory_;
   std::mutex discovery_;
   FragmentAssembly fragments_;
   mutable LivelinessTracker heard_;

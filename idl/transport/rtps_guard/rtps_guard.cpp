@@ -167,7 +167,7 @@ class PacketInspector {
       case kHeartbeat:
         return check_heartbeat(cursor);
       case kAckNack:
-        return check_acknowledgement(cursor);
+        return check_acknowledgement(cursor, flags);
       case kGap:
         return check_gap(cursor);
       case kNackFrag:
@@ -265,13 +265,17 @@ class PacketInspector {
     return range && follows(writer, std::max(first, last)) ? RtpsError::none : RtpsError::sequence_number;
   }
 
-  RtpsError check_acknowledgement(WireCursor& cursor) {
+  RtpsError check_acknowledgement(WireCursor& cursor, std::uint8_t flags) {
+    constexpr std::uint8_t final = 2;  // it answers a heartbeat
     const std::uint32_t reader = cursor.entity_id(), writer = cursor.entity_id();
     NumberSet set;
     if (!read_number_set(cursor, false, set)) return RtpsError::number_set;
     cursor.skip(4);
     if (!cursor.ok()) return RtpsError::submessage;
-    if (memory_ != nullptr && is_builtin(reader) && is_builtin(writer)) memory_->answers(sender_);
+    if (memory_ == nullptr) return RtpsError::none;
+    if (is_builtin(reader) && is_builtin(writer)) memory_->answers(sender_);
+    if (is_cyclone(packet_.subspan(kSenderAt)) && !is_builtin(writer) && (flags & final) != 0)
+      memory_->note_synchronised(sender_, writer);
     return RtpsError::none;
   }
 

@@ -88,6 +88,18 @@ void RtpsSessionState::answers(const ParticipantPlaces::Prefix& sender) {
   places_.answered(sender);
 }
 
+void RtpsSessionState::note_synchronised(const ParticipantPlaces::Prefix& sender, std::uint32_t writer) {
+  const std::uint64_t key = mixed(sender, writer);
+  const std::lock_guard lock(mutex_);
+  if (synchronised_.find(key) == nullptr) synchronised_.insert(key);
+}
+
+bool RtpsSessionState::is_synchronised(const ParticipantPlaces::Prefix& sender, std::uint32_t writer) {
+  const std::uint64_t key = mixed(sender, writer);
+  const std::lock_guard lock(mutex_);
+  return synchronised_.find(key) != nullptr;
+}
+
 std::optional<ParticipantPlaces::Farewell> RtpsSessionState::overdue_participant() {
   const std::uint32_t now_s = now_s_();
   const std::lock_guard lock(mutex_);

@@ -45,6 +45,9 @@ class RtpsSessionState {
   bool has_place(const ParticipantPlaces::Prefix& sender, const PacketOrigin& origin, std::int64_t number);
   /// This participant has received something of this one.
   void answers(const ParticipantPlaces::Prefix& sender);
+  /// A reader of this participant has answered a heartbeat of this own writer.
+  void note_synchronised(const ParticipantPlaces::Prefix& sender, std::uint32_t writer);
+  bool is_synchronised(const ParticipantPlaces::Prefix& sender, std::uint32_t writer);
   /// The next participant that has to give way.
   std::optional<ParticipantPlaces::Farewell> overdue_participant();
 
@@ -109,6 +112,7 @@ class RtpsSessionState {
   LruTable<Endpoint, 1024, 16> endpoints_;
   LruTable<Sender, 64, 16> participants_;  ///< known to DDS, at most 256
   LruTable<Sender, 128> leaving_tails_;
+  LruTable<Sender, 512> synchronised_;  ///< pairs of a participant and an own writer
   SourceTable sources_;
   ParticipantPlaces places_;
 };

@@ -52,6 +52,11 @@ inline std::optional<Submessage> submessage_at(std::span<const std::uint8_t> pac
   return found;
 }
 
+/// Whether a GUID is of Eclipse Cyclone DDS: its first two bytes are the vendor's number (RTPS 2.2, 9.3.1.1), 1.16.
+inline bool is_cyclone(std::span<const std::uint8_t> guid) {
+  return guid.size() >= 2 && guid[0] == 0x01 && guid[1] == 0x10;
+}
+
 /// Entities of the protocol itself, which bring discovery, liveliness and security, have such ids.
 inline bool is_builtin(std::uint32_t entity) {
   return (entity & 0xc0U) == 0xc0U;

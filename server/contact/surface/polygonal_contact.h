@@ -6,7 +6,7 @@
 // The penetration u of an element is the distance of its centroid, if it is inside, from the closest point of
 // the Target's surface, and its force acts along the Target's normal at that point: without friction and
 // damping, the wrench of a pair is minus the gradient of one energy of the relative pose, sum (K/b) A u^2 /
-// 2, for any meshes (docs/decisions.md). u is continuous for any motion.
+// 2, for any meshes (docs/theory.md). u is continuous for any motion.
 //
 // With a distance field of the Target (FieldElements) u and the direction come from that instead, and no motion is held.
 //

@@ -48,6 +48,9 @@ bool LockstepBarrier::admits(const ReceivedCommand& received, bool known_sender)
     // In single steps the client that steps decides on the commands in between; a running lockstep must not
     // depend on arrival times.
     if (!loop_.plays()) return true;
+    // An answer to a state that was sent twice, behind the request by which its controller left.
+    if (known_sender && stamp.given() && stamp < SimTime::from_seconds(loop_.simulation.time_s()))
+      return false;
   } else {
     boundary_s = static_cast<double>(controller->boundary_step) * step_s;
     const auto boundary = SimTime::from_seconds(boundary_s);

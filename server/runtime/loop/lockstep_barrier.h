@@ -29,8 +29,8 @@ class LockstepBarrier {
   const ControllerRegistry& controllers() const { return controllers_; }
 
   /// In lockstep: whether a command may wait for its boundary. A refused one is reported in an event and
-  /// counted, unless it answers a state that was sent twice. `known_sender`: its sender's was the last command admitted
-  /// for the target.
+  /// counted, unless it answers a state that was sent twice, also behind the end of its controller. `known_sender`: its
+  /// sender's was the last command admitted for the target.
   bool admits(const ReceivedCommand& received, bool known_sender);
   /// At any pace: the boundary of the target's controller that the stamp names, if it lies ahead of the next one, within
   /// the lookahead.

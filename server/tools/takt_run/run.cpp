@@ -197,7 +197,8 @@ void declare_run(CLI::App& app, int& result) {
   option("--program", a.program, "controller program in place of the scenario's");
   add_threads(*command, a.threads);
   option("--report", a.report, "write the report to this file (JSON)");
-  option("--html", a.html, "write the report as a page with plots: steps, energy, loads, margins, curves");
+  option("--html", a.html,
+         "write the report as a page: verdict, picture, steps, energy, loads, margins, curves");
   option("--junit", a.junit, "write the verdicts on the scenario's assertions to this file (JUnit XML)");
   command->add_flag("--json", a.json, "print the report as JSON in place of words");
   option("--csv", a.csv, "write positions, forces and joints to this file");

@@ -77,7 +77,8 @@ void declare_study(CLI::App& app, int& result) {
       ->check(command_line::positive());
   option("--program", a.program, "controller program in place of the scenario's");
   option("--table", a.table, "results (CSV); what is done is kept beside it")->capture_default_str();
-  option("--plot", a.plot, "column that is drawn (SVG beside the table)");
+  option("--plot", a.plot,
+         "column that is drawn (SVG and page beside the table); default: what changes most");
   option("--jobs", a.jobs, "runs at once (default: one a core)")
       ->check(command_line::whole_number_from(1, 256));
   auto* slurm = option("--slurm", a.slurm, "write an array job for Slurm to this directory; run nothing");
