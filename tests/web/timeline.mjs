@@ -168,7 +168,10 @@ await page.click('#live');
 assert.ok(await page.locator('#past').isHidden());
 await until(() => takt.lower.past.shown === null && takt.lower.state === takt.last.state);
 assert.equal(await stop(recorder), 0, recorder.text);
-// A click on a curve shows that time.
+// A click on a curve shows that time. The cell stands, so that the axis does not move on under the pointer.
+takt('pause');
+await until((step) => takt.last.state.step === step, takt('state').step);
+await drawn();
 await point(page, async () => { box = await over.first().boundingBox(); await page.mouse.click(box.x + 0.5 * box.width, box.y + 40); }, () => takt.lower.past.shown !== null);
 const clicked = await ask(() => takt.lower.past.shown.state.time), all = await range();
 assert.ok(Math.abs(clicked - (all[0] + all[1]) / 2) < 0.02 * (all[1] - all[0]), `${clicked} of ${all}`);
