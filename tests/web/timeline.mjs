@@ -170,7 +170,7 @@ await until(() => takt.lower.past.shown === null && takt.lower.state === takt.la
 assert.equal(await stop(recorder), 0, recorder.text);
 // A click on a curve shows that time. The cell stands, so that the axis does not move on under the pointer.
 takt('pause');
-await until((step) => takt.last.state.step === step, takt('state').step);
+await until((time) => takt.last.state.time === time, takt('state').time);
 await drawn();
 await point(page, async () => { box = await over.first().boundingBox(); await page.mouse.click(box.x + 0.5 * box.width, box.y + 40); }, () => takt.lower.past.shown !== null);
 const clicked = await ask(() => takt.lower.past.shown.state.time), all = await range();
