@@ -52,6 +52,11 @@ struct Camera {
   int samples_per_axis = 3;  ///< anti-aliasing: its square is the number of samples per pixel
 };
 
+/// Moves the camera to the front left, above the points, as near to the centre of their box as all of them are in the
+/// picture, at least `least_distance_m`. `margin`: factor of their distance from the centre of the picture. Without points
+/// it stays.
+void look_at(Camera& camera, const std::vector<Vec3>& points_W, double margin, double least_distance_m);
+
 /// Shapes without a mesh file. All are closed. Their frame is X_WB.
 Mesh make_box(const Pose& X_WB, const Vec3& size, const Color& color);  ///< centred
 Mesh make_cylinder(const Vec3& from_W, const Vec3& to_W, double radius,

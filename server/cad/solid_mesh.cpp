@@ -19,6 +19,7 @@
 
 #include "idl/common/text.h"
 #include "server/cad/triangulated_solid.h"
+#include "server/cad/vectors.h"
 #include "server/geometry/mesh/repair.h"
 #include "server/product/fill_holes.h"
 
@@ -31,9 +32,6 @@ using product::SurfaceKind;
 
 constexpr double kMm = 1e-3;
 
-Vec3 vector(const gp_XYZ& v) {
-  return {v.X(), v.Y(), v.Z()};
-}
 Vec3 point(const gp_Pnt& p) {
   return vector(p.XYZ()) * kMm;
 }

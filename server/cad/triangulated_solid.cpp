@@ -18,6 +18,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "server/cad/vectors.h"
 #include "server/product/fill_holes.h"
 
 namespace takt::cad {
@@ -25,10 +26,6 @@ namespace takt::cad {
 namespace {
 
 constexpr double kWeld_mm = 1e-5;  ///< vertices closer than this are one
-
-Vec3 vector(const gp_XYZ& v) {
-  return {v.X(), v.Y(), v.Z()};
-}
 
 /// Numbers positions (mm); those within the welding distance have one number.
 class Welder {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "client_lib/render/renderer.h"
 
@@ -26,10 +27,18 @@ render::Mesh component_mesh(const ComponentDescription& component, const Compone
   return mesh;
 }
 
-/// Centre and half diagonals of all that is drawn.
+/// The box around all that is drawn.
 struct Extent {
   Vec3 lower = Vec3::Constant(1e9), upper = Vec3::Constant(-1e9);
   bool empty() const { return lower.x() > upper.x(); }
+  std::vector<Vec3> corners() const {
+    std::vector<Vec3> points;
+    for (unsigned corner = 0; corner < 8 && !empty(); ++corner) {
+      Vec3& p = points.emplace_back();
+      for (unsigned k = 0; k < 3; ++k) p[k] = ((corner >> k & 1U) != 0 ? upper : lower)[k];
+    }
+    return points;
+  }
 };
 
 Extent extent_of(const render::Scene& scene) {
@@ -41,28 +50,6 @@ Extent extent_of(const render::Scene& scene) {
       extent.upper = extent.upper.cwiseMax(p);
     }
   return extent;
-}
-
-/// From the front left above, so far away that all of it is in the picture.
-void look_at(const Extent& extent, render::Camera& camera) {
-  if (extent.empty()) return;
-  constexpr double kAir = 1.08;
-  camera.target_W = 0.5 * (extent.lower + extent.upper);
-  camera.vertical_view_rad = 0.55;
-  const Vec3 backwards = Vec3(-0.42, -0.98, 0.66).normalized();
-  const Vec3 right = Vec3::UnitZ().cross(backwards).normalized(), up = backwards.cross(right);
-  const double high = std::tan(0.5 * camera.vertical_view_rad) / kAir;
-  const double wide = high * camera.width_px / camera.height_px;
-  double distance = 0.5;
-  for (unsigned corner = 0; corner < 8; ++corner) {
-    Vec3 p;
-    for (unsigned k = 0; k < 3; ++k)
-      p[k] = ((corner >> k & 1U) != 0 ? extent.upper : extent.lower)[k] - camera.target_W[k];
-    const double towards = p.dot(backwards);
-    distance =
-        std::max({distance, towards + std::abs(p.dot(right)) / wide, towards + std::abs(p.dot(up)) / high});
-  }
-  camera.eye_W = camera.target_W + distance * backwards;
 }
 
 struct Drawing {
@@ -92,7 +79,9 @@ Drawing draw(const CellDescription& cell, const Snapshot& snapshot, const std::o
                     {0.30, 0.45, 0.62});
   }
   const Extent extent = extent_of(scene);
-  look_at(extent, camera);
+  if (!extent.empty()) camera.vertical_view_rad = 0.55;
+  constexpr double kMargin = 1.08, kLeastDistance_m = 0.5;
+  render::look_at(camera, extent.corners(), kMargin, kLeastDistance_m);
   if (view) {
     camera.eye_W = view->eye_W;
     camera.target_W = view->target_W;

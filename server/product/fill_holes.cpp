@@ -77,7 +77,6 @@ class Filler {
       result_.largest_m = std::max(result_.largest_m, (box.box.upper - box.box.lower).norm());
       triangulate(loop);
     }
-    result_.open_edges = open_edges(result_.mesh);
     return std::move(result_);
   }
 

@@ -7,10 +7,9 @@
 namespace takt::product {
 
 struct FilledMesh {
-  TriangleMesh mesh;           ///< that of before, then the triangles added
-  std::size_t holes = 0;       ///< closed
-  double largest_m = 0.0;      ///< diagonal of the box around the largest of them
-  std::size_t open_edges = 0;  ///< which are left
+  TriangleMesh mesh;       ///< the given triangles, then those that close the holes
+  std::size_t holes = 0;   ///< closed
+  double largest_m = 0.0;  ///< diagonal of the box around the largest of them
 };
 
 /// Sides of triangles that no side of another triangle runs through in the opposite direction.

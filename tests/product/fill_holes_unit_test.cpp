@@ -34,7 +34,7 @@ TEST(FillHoles, AFlatCoverIsPutBack) {
   EXPECT_EQ(open_edges(open), 60U);
   const FilledMesh filled = fill_holes(open);
   EXPECT_EQ(filled.holes, 1U);
-  EXPECT_EQ(filled.open_edges, 0U);
+  EXPECT_EQ(open_edges(filled.mesh), 0U);
   EXPECT_NEAR(filled.largest_m, std::sqrt(8.0), 0.01);
   EXPECT_EQ(filled.mesh.triangles.size(), open.triangles.size() + 58U);
   EXPECT_TRUE(check_closed(filled.mesh).ok()) << check_closed(filled.mesh).problem;
@@ -55,7 +55,7 @@ TEST(FillHoles, TwoHolesThatMeetInOneVertexAreTwo) {
       open.triangles.erase(open.triangles.begin() + static_cast<std::ptrdiff_t>(k));
       open.triangles.erase(open.triangles.begin() + static_cast<std::ptrdiff_t>(i));
       const FilledMesh filled = fill_holes(open);
-      EXPECT_EQ(filled.open_edges, 0U) << i << ' ' << k;
+      EXPECT_EQ(open_edges(filled.mesh), 0U) << i << ' ' << k;
       EXPECT_TRUE(check_closed(filled.mesh).ok()) << i << ' ' << k;
       EXPECT_NEAR(volume_properties(filled.mesh).volume, volume, 1e-12) << i << ' ' << k;
     }
@@ -85,7 +85,7 @@ TEST(FillHoles, AVertexBesideAnEdgeLeavesANarrowGapThatIsClosed) {
   }
   EXPECT_EQ(open_edges(mesh), 3U);
   const FilledMesh filled = fill_holes(mesh);
-  EXPECT_EQ(filled.open_edges, 0U);
+  EXPECT_EQ(open_edges(filled.mesh), 0U);
   EXPECT_TRUE(check_closed(filled.mesh).ok()) << check_closed(filled.mesh).problem;
   EXPECT_NEAR(volume_properties(filled.mesh).volume, 1.0, 1e-6);
 }

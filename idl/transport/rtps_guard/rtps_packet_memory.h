@@ -112,7 +112,7 @@ class RtpsSessionState {
   LruTable<Endpoint, 1024, 16> endpoints_;
   LruTable<Sender, 64, 16> participants_;  ///< known to DDS, at most 256
   LruTable<Sender, 128> leaving_tails_;
-  LruTable<Sender, 512> synchronised_;  ///< pairs of a participant and an own writer
+  LruTable<Sender, 512> synchronised_;  ///< keys of participant and own writer: note_synchronised()
   SourceTable sources_;
   ParticipantPlaces places_;
 };

@@ -2,8 +2,7 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <limits>
+#include <vector>
 
 #include "client_lib/render/renderer.h"
 
@@ -25,31 +24,6 @@ constexpr std::array<render::Color, 8> kColors{{{0.36, 0.55, 0.75},
 render::Color color_of(const product::Product& product, std::size_t body) {
   const auto& own = product.bodies[body].colour;
   return own ? render::Color{(*own)[0], (*own)[1], (*own)[2]} : kColors[body % kColors.size()];
-}
-
-/// All points are as near as they can be within the picture.
-render::Camera look_at(const std::vector<render::Mesh>& meshes) {
-  render::Camera camera;
-  camera.width_px = 1280, camera.height_px = 960;
-  camera.vertical_view_rad = 0.4;
-  Vec3 lower = Vec3::Constant(std::numeric_limits<double>::infinity()), upper = -lower;
-  for (const render::Mesh& mesh : meshes)
-    for (const Vec3& v : mesh.vertices)
-      lower = lower.cwiseMin(mesh.X_WB * v), upper = upper.cwiseMax(mesh.X_WB * v);
-  camera.target_W = 0.5 * (lower + upper);
-  const Vec3 back = Vec3(-0.42, -0.98, 0.66).normalized(), right = Vec3::UnitZ().cross(back).normalized(),
-             up = back.cross(right);
-  const double slope = std::tan(0.5 * camera.vertical_view_rad),
-               wide = slope * camera.width_px / camera.height_px;
-  double distance = 0.0;
-  for (const render::Mesh& mesh : meshes)
-    for (const Vec3& v : mesh.vertices) {
-      const Vec3 p = mesh.X_WB * v - camera.target_W;
-      distance = std::max(distance, p.dot(back) + kMargin * std::max(std::abs(p.dot(up)) / slope,
-                                                                     std::abs(p.dot(right)) / wide));
-    }
-  camera.eye_W = camera.target_W + distance * back;
-  return camera;
 }
 
 }  // namespace
@@ -80,7 +54,14 @@ void draw_exploded(const product::Product& product, const product::Explosion& ex
     render::add_edges(scene, mesh, kFeatureAngle_rad, {0.15, 0.15, 0.17}, 1.0);
     scene.meshes.push_back(std::move(mesh));
   }
-  render::render(scene, look_at(scene.meshes), png.string());
+  render::Camera camera;
+  camera.width_px = 1280, camera.height_px = 960;
+  camera.vertical_view_rad = 0.4;
+  std::vector<Vec3> points;
+  for (const render::Mesh& mesh : scene.meshes)
+    for (const Vec3& v : mesh.vertices) points.push_back(mesh.X_WB * v);
+  render::look_at(camera, points, kMargin, 0.0);
+  render::render(scene, camera, png.string());
 }
 
 }  // namespace takt
