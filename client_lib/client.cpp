@@ -205,4 +205,12 @@ void Client::send_together(const std::function<void()>& send) {
   batch.send();
 }
 
+void Client::publish(const std::string& robot, const takt_msgs::msg::Program& program) {
+  impl_->publish(topics::program, robot, program);
+}
+
+void Client::publish(const std::string& robot, const takt_msgs::msg::ProgramSteps& steps) {
+  impl_->publish(topics::program_steps, robot, steps);
+}
+
 }  // namespace takt

@@ -206,6 +206,15 @@ class Client {
   /// more samples. What has not left is not sent if `send` throws.
   void send_together(const std::function<void()>& send);
 
+  // --- what a controller says of its program ---
+  // For viewers and recorders, which get the newest sample when they come. The server does not read it.
+  // Throws ClientError (transport).
+
+  /// The program that a controller runs for the robot: its text and its name.
+  void publish(const std::string& robot, const takt_msgs::msg::Program& program);
+  /// The steps that it has begun.
+  void publish(const std::string& robot, const takt_msgs::msg::ProgramSteps& steps);
+
   // --- requests ---
   // Each request waits for its reply. It throws ClientError: refused (with the server's sentence), timeout, lost.
   // The default timeout is options.timeout.

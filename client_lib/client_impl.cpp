@@ -182,43 +182,44 @@ void Client::Impl::on_reply(const takt_msgs::msg::ControlReply& sample) {
   changed.notify_all();
 }
 
+Client::Impl::Sender& Client::Impl::open_sender(const TopicInfo& info, const std::string& element,
+                                                MakeType type) {
+  const std::string topic = info.name(options.cell, element);
+  const std::lock_guard making(senders_mutex);
+  auto& slot = senders[topic];
+  if (slot) return *slot;
+  auto made = std::make_unique<Sender>();
+  made->listener = std::make_unique<client::WriterListener>(
+      [this, s = made.get()](int readers) {
+        const std::lock_guard lock(mutex);
+        s->readers = readers;
+        changed.notify_all();
+      },
+      [this, s = made.get()](int policy) {
+        const std::lock_guard lock(mutex);
+        s->incompatible_policy = policy;
+        changed.notify_all();
+      });
+  auto qos = writer_qos(link.default_writer_qos(), qos_of(info));
+  qos.ownership_strength().value = options.ownership_strength;
+  made->writer = link.create_writer("rt/" + topic, type(), qos, made->listener.get());
+  slot = std::move(made);
+  return *slot;
+}
+
 Client::Impl::Sender& Client::Impl::sender_for(const TopicInfo& info, const std::string& element,
                                                MakeType type) {
-  const std::string topic = info.name(options.cell, element);
-  Sender* sender = nullptr;
-  {
-    const std::lock_guard making(senders_mutex);
-    auto& slot = senders[topic];
-    if (!slot) {
-      auto made = std::make_unique<Sender>();
-      made->listener = std::make_unique<client::WriterListener>(
-          [this, s = made.get()](int readers) {
-            const std::lock_guard lock(mutex);
-            s->readers = readers;
-            changed.notify_all();
-          },
-          [this, s = made.get()](int policy) {
-            const std::lock_guard lock(mutex);
-            s->incompatible_policy = policy;
-            changed.notify_all();
-          });
-      auto qos = writer_qos(link.default_writer_qos(), qos_of(info));
-      qos.ownership_strength().value = options.ownership_strength;
-      made->writer = link.create_writer("rt/" + topic, type(), qos, made->listener.get());
-      slot = std::move(made);
-    }
-    sender = slot.get();
-  }
+  Sender& sender = open_sender(info, element, type);
   std::unique_lock lock(mutex);
-  if (!wait(lock, deadline_after(options.timeout), [&] { return sender->readers > 0; }))
+  if (!wait(lock, deadline_after(options.timeout), [&] { return sender.readers > 0; }))
     throw ClientError(
         ClientError::Kind::timeout,
-        where() + " does not listen to " + topic.substr(options.cell.size() + 1) +
-            (sender->incompatible_policy == 0
+        where() + " does not listen to " + info.name(options.cell, element).substr(options.cell.size() + 1) +
+            (sender.incompatible_policy == 0
                  ? std::string(".")
-                 : " with this client's QoS (policy " + std::to_string(sender->incompatible_policy) +
+                 : " with this client's QoS (policy " + std::to_string(sender.incompatible_policy) +
                        " does not fit: client and server are of different versions)."));
-  return *sender;
+  return sender;
 }
 
 void Client::Impl::write(Sender& sender, void* sample, const std::string& what) {

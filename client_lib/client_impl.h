@@ -85,7 +85,9 @@ struct Client::Impl {
   Reply call(const std::string& name, const Arguments& arguments, Seconds timeout);
   std::uint64_t write_request(const std::string& name, const Arguments& arguments);
   using MakeType = dds::TypeSupport (*)();
-  /// The sender for a topic, made on first use. Returns when a reader is matched.
+  /// The sender for a topic, made on first use, with or without readers.
+  Sender& open_sender(const TopicInfo& info, const std::string& element, MakeType type);
+  /// The same. Returns when a reader is matched.
   Sender& sender_for(const TopicInfo& info, const std::string& element, MakeType type);
   void write(Sender& sender, void* sample, const std::string& what);
   /// To a robot, gripper or device.
@@ -94,8 +96,14 @@ struct Client::Impl {
     write(sender_for(topic, target, [] { return dds::TypeSupport(new MessageType<Sample>()); }), &sample,
           "a command for '" + target + "'");
   }
+  /// To the present readers, and to later ones of a latched topic.
+  template <typename Sample>
+  void publish(const Topic<Sample>& topic, const std::string& element, Sample sample) {
+    write(open_sender(topic, element, [] { return dds::TypeSupport(new MessageType<Sample>()); }), &sample,
+          "'" + std::string(topic.id) + "'");
+  }
   class CommandBatch;
-  /// The same, or into the batch of this thread.
+  /// To a robot, gripper or device, or into the batch of this thread.
   template <typename Sample>
   void command(const Topic<Sample>& topic, const std::string& target, Sample&& sample);
 

@@ -50,15 +50,15 @@ struct Controller::Impl {
 
   void restart() {
     program.reset();
-    steps.clear();
+    if (steps) steps->clear();
     robots.clear();
     for (size_t i = 0; i < cell.robots.size(); ++i) robots.emplace_back(arm_of(cell, i));
     grippers.assign(cell.grippers.size(), {});
     devices.clear();
     for (size_t i = 0; i < cell.devices.size(); ++i) devices.push_back({static_cast<int>(i), {}, {}});
-    program.emplace(text, file,
-                    ProgramContext{&cell, &names, &robots, &grippers, &devices, &parameters,
-                                   keeps_steps ? &steps : nullptr});
+    program.emplace(
+        text, file,
+        ProgramContext{&cell, &names, &robots, &grippers, &devices, &parameters, steps ? &*steps : nullptr});
     for (RobotDriver& robot : robots) robot.set_period(program->period_s());
     driven_robots = program->driven_robots();
     driven_devices = program->driven_devices();
@@ -132,8 +132,7 @@ struct Controller::Impl {
   std::vector<DeviceSetPoint> devices;  ///< what has been set of all devices
   std::vector<int> driven_robots, driven_grippers, driven_devices;
   Output output;
-  std::vector<ProgramStep> steps;
-  bool keeps_steps = false;
+  std::optional<StepLog> steps;
   bool started = false;
   double last_time_s = 0.0;
   std::string fault;  ///< of an earlier update; a program that failed does not go on
@@ -187,13 +186,18 @@ void Controller::restart() {
   impl_->restart();
 }
 
-void Controller::keep_steps() {
-  impl_->keeps_steps = true;
-  impl_->program->keep_steps(&impl_->steps);
+void Controller::keep_steps(std::size_t newest) {
+  impl_->steps.emplace(newest);
+  impl_->program->keep_steps(&*impl_->steps);
 }
 
-const std::vector<ProgramStep>& Controller::steps() const {
-  return impl_->steps;
+const StepLog& Controller::steps() const {
+  static const StepLog none;
+  return impl_->steps ? *impl_->steps : none;
+}
+
+const std::string& Controller::text() const {
+  return impl_->text;
 }
 
 }  // namespace takt::controller

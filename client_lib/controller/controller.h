@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "client_lib/controller/state_source.h"
+#include "client_lib/controller/step_log.h"
 #include "plant_models/robot/arm_kinematics.h"
 #include "takt_msgs.h"
 
@@ -44,17 +45,6 @@ struct Output {
   bool finished = false;  ///< all routines of the program have returned
 };
 
-/// Begin and end of one step of a routine: a section that the program names by r:step("NAME"), or one call
-/// that moves or waits.
-struct ProgramStep {
-  int robot = -1;
-  std::string name;    ///< given by the program, or the call: "move_line"
-  int line = 0;        ///< of the program
-  bool named = false;  ///< by the program
-  double begin_s = 0.0;
-  double end_s = -1.0;  ///< negative: it goes on
-};
-
 /// Numbers handed to a program by name, in place of the defaults that it states: parameter("NAME", default).
 using Parameters = std::map<std::string, double>;
 
@@ -84,10 +74,12 @@ class Controller {
   /// Back to the start of the program (after a reset of the cell).
   void restart();
 
-  /// Keeps the steps of the routines. The list grows with the program's course. Off by default.
-  void keep_steps();
-  /// In the order of their beginnings.
-  const std::vector<ProgramStep>& steps() const;
+  /// Keeps the steps of the routines: the newest so many, or all of them (0). Off by default.
+  void keep_steps(std::size_t newest = 0);
+  const StepLog& steps() const;
+
+  /// The program as it was read.
+  const std::string& text() const;
 
  private:
   struct Impl;

@@ -13,7 +13,7 @@ namespace {
 constexpr double kTimeTolerance_s = 1e-9;
 constexpr double kLongestPeriod_s = 1.0;
 /// Beyond them a program would fill the memory outside of its own.
-constexpr std::size_t kMaxSignals = 10'000, kMaxSteps = 1'000'000;
+constexpr std::size_t kMaxSignals = 10'000;
 
 std::string seconds(double time_s) {
   return fixed_text(time_s, 3) + " s";
@@ -130,17 +130,16 @@ bool Program::condition_holds(Routine& routine) {
   return holds;
 }
 
-int Program::begin_step(lua_State* L, const Routine& routine, std::string_view name, bool named) {
+std::int64_t Program::begin_step(lua_State* L, const Routine& routine, std::string_view name, bool named) {
   if (context_.steps == nullptr) return -1;
-  if (context_.steps->size() >= kMaxSteps) throw std::runtime_error("more than a million steps are reported");
   lua_Debug place{};
   if (lua_getstack(L, 1, &place) == 0 || lua_getinfo(L, "l", &place) == 0) place.currentline = 0;
-  context_.steps->push_back({routine.robot, std::string(name), place.currentline, named, state_->time, -1.0});
-  return static_cast<int>(context_.steps->size()) - 1;
+  return context_.steps->begin(
+      {routine.robot, std::string(name), place.currentline, named, state_->time, -1.0});
 }
 
-void Program::end_step(int& step) {
-  if (step >= 0) (*context_.steps)[static_cast<size_t>(step)].end_s = state_->time;
+void Program::end_step(std::int64_t& step) {
+  if (step >= 0) context_.steps->end(step, state_->time);
   step = -1;
 }
 

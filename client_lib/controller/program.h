@@ -1,6 +1,7 @@
 #pragma once
 // A controller program as it runs: its routines (one coroutine per robot), what each waits for, its signals.
 // The names that programs use are documented in docs/controller_programs.md.
+#include <cstdint>
 #include <map>
 #include <set>
 #include <string>
@@ -24,7 +25,7 @@ struct ProgramContext {
       nullptr;  ///< standing commands, in the order of CellDescription::grippers
   std::vector<DeviceSetPoint>* devices = nullptr;  ///< in the order of CellDescription::devices
   const Parameters* parameters = nullptr;          ///< each of which the program must ask for
-  std::vector<ProgramStep>* steps = nullptr;       ///< null: steps are not kept
+  StepLog* steps = nullptr;                        ///< null: steps are not kept
 };
 
 class Program {
@@ -45,7 +46,7 @@ class Program {
   /// of them wait. So a signal takes effect in the same period, whichever routine gives it.
   void run(StateSource& source);
   bool finished() const;
-  void keep_steps(std::vector<ProgramStep>* steps) { context_.steps = steps; }
+  void keep_steps(StepLog* steps) { context_.steps = steps; }
 
   const ProgramContext& context() const { return context_; }
   /// State of the present update. Throws while the program is loaded, before the first update.
@@ -67,19 +68,19 @@ class Program {
     lua_State* thread = nullptr;
     bool begun = false;
     Wait wait = Wait::nothing;
-    double until_s = 0.0;       ///< Wait::time; Wait::condition: when to give up
-    int signal = -1;            ///< Wait::signal
-    int condition = LUA_NOREF;  ///< Wait::condition: the function, by reference
-    int call = -1, step = -1;   ///< index of the running one in context_.steps, or -1
+    double until_s = 0.0;               ///< Wait::time; Wait::condition: when to give up
+    int signal = -1;                    ///< Wait::signal
+    int condition = LUA_NOREF;          ///< Wait::condition: the function, by reference
+    std::int64_t call = -1, step = -1;  ///< number of the running one in context_.steps, or -1
   };
 
   bool may_go_on(Routine& routine);
   bool condition_holds(Routine& routine);
   void resume(Routine& routine);
-  /// Begins a step of the routine, at the line of `L` that is being executed; returns its place, -1 if none
+  /// Begins a step of the routine, at the line of `L` that is being executed; returns its number, -1 if none
   /// are kept.
-  int begin_step(lua_State* L, const Routine& routine, std::string_view name, bool named);
-  void end_step(int& step);
+  std::int64_t begin_step(lua_State* L, const Routine& routine, std::string_view name, bool named);
+  void end_step(std::int64_t& step);
   int signal_id(std::string_view name);
   std::string in_routine(const Routine& routine, const std::string& reason) const;
   void read_period(const std::string& file);

@@ -12,8 +12,12 @@ namespace {
 /// These topics are received all the time, so that every viewer gets them at once. All other topics are received
 /// while a viewer subscribes to them.
 bool always_open(const client::RawTopic& topic) {
-  return topic.type == topics::description.type->name || topic.type == topics::status.type->name ||
-         topic.type == topics::event.type->name;
+  for (const TopicInfo* open :
+       {static_cast<const TopicInfo*>(&topics::description), static_cast<const TopicInfo*>(&topics::status),
+        static_cast<const TopicInfo*>(&topics::event), static_cast<const TopicInfo*>(&topics::program),
+        static_cast<const TopicInfo*>(&topics::program_steps)})
+    if (topic.type == open->type->name) return true;
+  return false;
 }
 
 std::uint64_t wall_ns() {

@@ -248,6 +248,26 @@ std::vector<AssertionResult> AssertionChecker::finish(const Simulation& simulati
   return results_;
 }
 
+std::vector<AssertionResult> judge_expected(const Scenario& scenario, const CellDescription& cell,
+                                            const Snapshot& end) {
+  std::vector<AssertionResult> results;
+  const double most_m = scenario.expected_tolerance_m;
+  for (const ExpectedPose& expected : scenario.expected) {
+    const auto part = static_cast<std::size_t>(cell.find_component(expected.part));
+    const double error_m = pose_error(end.components[part], expected.X_WB).position_m;
+    AssertionResult& one = results.emplace_back();
+    one.name = "expected " + expected.part;
+    one.kind = "expected";
+    one.verdict = error_m <= most_m ? Verdict::passed : Verdict::failed;
+    one.value = error_m;
+    one.upper = most_m;
+    one.time_s = end.time_s;
+    one.sentence = expected.part + " is " + number_text(1e3 * error_m, 6) +
+                   " mm away from its expected place; allowed: " + number_text(1e3 * most_m, 6) + " mm";
+  }
+  return results;
+}
+
 nlohmann::ordered_json assertions_json(const std::vector<AssertionResult>& results) {
   nlohmann::ordered_json all = nlohmann::ordered_json::object();
   for (const AssertionResult& result : results) {

@@ -57,6 +57,10 @@ class AssertionChecker {
   std::vector<ContactSample> contacts_;
 };
 
+/// The section `expected`: a verdict for each Part, at the end of a run that has reached the scenario's duration.
+std::vector<AssertionResult> judge_expected(const Scenario& scenario, const CellDescription& cell,
+                                            const Snapshot& end);
+
 /// By name: verdict, sentence, time.
 nlohmann::ordered_json assertions_json(const std::vector<AssertionResult>& results);
 void print_assertions(std::ostream& out, const std::vector<AssertionResult>& results);

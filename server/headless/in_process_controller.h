@@ -1,6 +1,7 @@
 #pragma once
 // Runs a controller program beside the simulation, in one process: the same program, the same instants and
 // the same numbers as takt-controller over DDS in lockstep, so the state hashes are equal.
+#include <deque>
 #include <string>
 #include <utility>
 #include <vector>
@@ -26,7 +27,7 @@ class InProcessController {
   std::uint64_t whole_reads() const { return view_.whole_reads(); }
   /// Steps of the program's routines, after keep_steps().
   void keep_steps() { controller_.keep_steps(); }
-  const std::vector<controller::ProgramStep>& steps() const { return controller_.steps(); }
+  const std::deque<controller::ProgramStep>& steps() const { return controller_.steps().steps(); }
 
  private:
   /// Throws std::runtime_error for a signal that cannot be set, or not to this value.

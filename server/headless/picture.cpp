@@ -57,7 +57,8 @@ struct Drawing {
   render::Camera camera;
 };
 
-Drawing draw(const CellDescription& cell, const Snapshot& snapshot, const std::optional<PictureView>& view) {
+Drawing draw(const CellDescription& cell, const RobotShapes& robots, const Snapshot& snapshot,
+             const std::optional<PictureView>& view) {
   Drawing drawing;
   auto& [scene, camera] = drawing;
   for (std::size_t i = 0; i < cell.components.size(); ++i) {
@@ -75,6 +76,7 @@ Drawing draw(const CellDescription& cell, const Snapshot& snapshot, const std::o
       const Pose X_WP{Mat3::Identity(), Vec3(robot.X_WR.p.x(), robot.X_WR.p.y(), 0.5 * height)};
       scene.meshes.push_back(render::make_box(X_WP, Vec3(0.24, 0.24, height), {0.45, 0.46, 0.48}));
     }
+    if (robots.add_to(scene, i, snapshot.robots[i].position.data())) continue;
     render::add_arm(scene, robot.arm, snapshot.robots[i].position.data(), robot.X_WR, {0.86, 0.87, 0.89},
                     {0.30, 0.45, 0.62});
   }
@@ -94,14 +96,14 @@ Drawing draw(const CellDescription& cell, const Snapshot& snapshot, const std::o
 
 }  // namespace
 
-void write_picture(const CellDescription& cell, const Snapshot& snapshot, const std::string& png_file,
-                   const std::optional<PictureView>& view) {
-  const Drawing drawing = draw(cell, snapshot, view);
+void write_picture(const CellDescription& cell, const RobotShapes& robots, const Snapshot& snapshot,
+                   const std::string& png_file, const std::optional<PictureView>& view) {
+  const Drawing drawing = draw(cell, robots, snapshot, view);
   render::render(drawing.scene, drawing.camera, png_file);
 }
 
-std::string picture_bytes(const CellDescription& cell, const Snapshot& snapshot) {
-  const Drawing drawing = draw(cell, snapshot, {});
+std::string picture_bytes(const CellDescription& cell, const RobotShapes& robots, const Snapshot& snapshot) {
+  const Drawing drawing = draw(cell, robots, snapshot, {});
   return render::png_bytes(render::rasterise(drawing.scene, drawing.camera));
 }
 

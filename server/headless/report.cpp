@@ -254,7 +254,7 @@ std::string report_json(const Scenario& scenario, const CellDescription& cell, c
 void write_html(std::ostream& out, const Scenario& scenario, const CellDescription& cell, const RunInfo& info,
                 const HeadlessResult& result) {
   write_html_report(out, report_document(scenario, cell, info, result), result.run_metrics->curves,
-                    picture_bytes(cell, result.final_state));
+                    picture_bytes(cell, RobotShapes(scenario, cell, info.packages), result.final_state));
 }
 
 }  // namespace takt

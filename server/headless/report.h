@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "server/headless/headless_run.h"
+#include "server/scenario/ros_packages.h"
 #include "server/simulation/model/cell_model.h"
 
 namespace takt {
@@ -15,6 +16,7 @@ struct RunInfo {
   Pace pace = Pace::free;
   std::vector<ConvexImport> convex_imports;
   std::vector<ImportNote> import_notes;
+  PackageFolders packages{};  ///< of the robots' mesh files, for pictures
 };
 
 /// fault: the run ended early; failed: it does not meet a demand of the scenario; passed.

@@ -169,7 +169,7 @@ double RunMetricsRecorder::energy_at(std::size_t consumer, double time_s) const 
 }
 
 RunMetrics RunMetricsRecorder::finish(const Simulation& simulation,
-                                      const std::vector<controller::ProgramStep>& steps) {
+                                      const std::deque<controller::ProgramStep>& steps) {
   simulation.read_loads(snapshot_);
   note_extremes();
   for (const auto& [pair, most] : contacts_) numbers_.contacts.push_back(most);

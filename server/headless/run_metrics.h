@@ -2,6 +2,7 @@
 // Metrics of a run: durations and energy of its steps, the largest loads with their times, and curves of
 // power, torques, forces and devices. Gathered during the run.
 #include <algorithm>
+#include <deque>
 #include <map>
 #include <set>
 #include <string>
@@ -95,7 +96,7 @@ class RunMetricsRecorder {
   /// Call it with the initial state and after every step.
   void note(const Simulation& simulation);
   /// At the end, which also ends an unfinished step.
-  RunMetrics finish(const Simulation& simulation, const std::vector<controller::ProgramStep>& steps);
+  RunMetrics finish(const Simulation& simulation, const std::deque<controller::ProgramStep>& steps);
 
  private:
   void note_extremes();

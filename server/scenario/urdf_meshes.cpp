@@ -73,11 +73,17 @@ void require_positive(const UrdfRobot& robot, const UrdfShape& shape, const std:
 
 std::vector<NamedMesh> urdf_meshes(const UrdfRobot& robot, const UrdfLink& link, const Pose& X_AL) {
   const bool solid = !link.collisions.empty();
-  const std::string where = "link '" + link.name + (solid ? "': <collision>: " : "': <visual>: ");
+  return urdf_meshes(robot, link.name, solid ? link.collisions : link.visuals,
+                     "link '" + link.name + (solid ? "': <collision>: " : "': <visual>: "), X_AL);
+}
+
+std::vector<NamedMesh> urdf_meshes(const UrdfRobot& robot, const std::string& name,
+                                   const std::vector<UrdfShape>& shapes, const std::string& where,
+                                   const Pose& X_AL) {
   std::vector<NamedMesh> meshes;
-  for (const UrdfShape& shape : solid ? link.collisions : link.visuals) {
+  for (const UrdfShape& shape : shapes) {
     std::vector<NamedMesh> made(1);
-    made[0].name = link.name;
+    made[0].name = name;
     switch (shape.kind) {
       case UrdfShapeKind::box:
         require_positive(robot, shape, where + "<box>: size", {shape.size_m.begin(), shape.size_m.end()});

@@ -22,4 +22,9 @@ void require_positive(const UrdfRobot& robot, const UrdfShape& shape, const std:
 /// not positive and missing mesh files, MeshError for a mesh file that cannot be read.
 std::vector<NamedMesh> urdf_meshes(const UrdfRobot& robot, const UrdfLink& link, const Pose& X_AL);
 
+/// The same of these shapes. `where` begins the text of an error: "link 'NAME': <visual>: ".
+std::vector<NamedMesh> urdf_meshes(const UrdfRobot& robot, const std::string& name,
+                                   const std::vector<UrdfShape>& shapes, const std::string& where,
+                                   const Pose& X_AL);
+
 }  // namespace takt

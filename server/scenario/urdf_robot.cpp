@@ -48,6 +48,7 @@ class Reader {
     const std::string version = attribute(*robot, "version");
     if (robot->Attribute("version") != nullptr && version != "1.0" && version != "1")
       fail(*robot, "<robot>: version: found '" + version + "'; allowed: 1.0");
+    for_each(*robot, "material", [&](const XMLElement& element) { read_material(element); });
     for_each(*robot, "link", [&](const XMLElement& element) { read_link(element); });
     if (robot_.links.empty()) fail(*robot, "<robot>: found no <link>; at least one is needed");
     for_each(*robot, "joint", [&](const XMLElement& element) { read_joint(element); });
@@ -210,7 +211,26 @@ class Reader {
     return inertial;
   }
 
-  UrdfShape read_shape(const XMLElement& element, const std::string& where) const {
+  /// The colour of a <material>, or that of the one of its name that stands elsewhere. A picture may lack colours: what is
+  /// no colour is passed over.
+  std::optional<std::array<float, 3>> read_material(const XMLElement& element) {
+    const char* name = element.Attribute("name");
+    std::optional<std::array<float, 3>>& known = colors_[name == nullptr ? "" : name];
+    const XMLElement* color = element.FirstChildElement("color");
+    if (color == nullptr) return name == nullptr ? std::nullopt : known;
+    std::istringstream text(attribute(*color, "rgba"));
+    text.imbue(std::locale::classic());
+    std::array<float, 3> rgb{};
+    for (float& part : rgb) {
+      text >> part;
+      part = std::clamp(part, 0.0F, 1.0F);
+    }
+    if (!text) return std::nullopt;
+    known = rgb;
+    return rgb;
+  }
+
+  UrdfShape read_shape(const XMLElement& element, const std::string& where) {
     const XMLElement* geometry = element.FirstChildElement("geometry");
     const XMLElement* kind = geometry != nullptr ? geometry->FirstChildElement() : nullptr;
     if (kind == nullptr)
@@ -219,6 +239,8 @@ class Reader {
     UrdfShape shape;
     shape.line = kind->GetLineNum();
     shape.X_LS = origin(element, where);
+    if (const XMLElement* material = element.FirstChildElement("material"))
+      shape.color = read_material(*material);
     if (name == "box") {
       const auto size = numbers<3>(*kind, "size", of);
       shape.size_m = {size[0], size[1], size[2]};
@@ -321,6 +343,7 @@ class Reader {
 
   UrdfRobot robot_;
   Names links_, joints_;
+  std::map<std::string, std::optional<std::array<float, 3>>> colors_;  ///< of materials by name
 };
 
 }  // namespace

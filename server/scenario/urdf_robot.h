@@ -5,8 +5,9 @@
 //
 // Frames and units are those of URDF: m, rad, kg, N, N m. L is the frame of a link, J that of the joint above
 // it at position zero (the same frame), P the frame of the link that carries the joint. Rotations are
-// fixed-axis roll, pitch, yaw (rotation_from_rpy). Ignored are elements that no computation uses: materials,
+// fixed-axis roll, pitch, yaw (rotation_from_rpy). Of materials only the colour is read, for pictures. Ignored are
 // <dynamics>, <safety_controller>, <calibration>, <transmission>, <gazebo>.
+#include <array>
 #include <cstddef>
 #include <filesystem>
 #include <optional>
@@ -38,11 +39,12 @@ enum class UrdfShapeKind { box, cylinder, sphere, mesh };
 struct UrdfShape {
   UrdfShapeKind kind = UrdfShapeKind::box;
   Pose X_LS;
-  Vec3 size_m = Vec3::Zero();  ///< of a box
-  double radius_m = 0.0;       ///< of a sphere or cylinder
-  double length_m = 0.0;       ///< of a cylinder, along z
-  Vec3 scale = Vec3::Ones();   ///< of a mesh
-  std::string filename;        ///< of a mesh, as the file has it
+  Vec3 size_m = Vec3::Zero();                   ///< of a box
+  double radius_m = 0.0;                        ///< of a sphere or cylinder
+  double length_m = 0.0;                        ///< of a cylinder, along z
+  Vec3 scale = Vec3::Ones();                    ///< of a mesh
+  std::string filename;                         ///< of a mesh, as the file has it
+  std::optional<std::array<float, 3>> color{};  ///< of its material: red, green, blue in 0..1
   int line = 0;
 };
 

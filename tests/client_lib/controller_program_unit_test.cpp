@@ -91,7 +91,7 @@ TEST(Program, RoutinesReportTheirActionsAndTimes) {
     plant.run(until_s, [](const Output&) { return false; });
   };
   run(1.0);
-  EXPECT_TRUE(controller.steps().empty()) << "they were not requested";
+  EXPECT_TRUE(controller.steps().steps().empty()) << "they were not requested";
   controller.restart();
   controller.keep_steps();
   run(4.0);
@@ -108,9 +108,9 @@ TEST(Program, RoutinesReportTheirActionsAndTimes) {
       {1, "wait", 8, false, 2.0, -1.0},      {0, "place", 5, true, 2.0, 3.0},
       {0, "wait_until", 6, false, 2.0, 3.0},
   };
-  ASSERT_EQ(controller.steps().size(), expected.size());
+  ASSERT_EQ(controller.steps().steps().size(), expected.size());
   for (std::size_t i = 0; i < expected.size(); ++i) {
-    const ProgramStep& step = controller.steps()[i];
+    const ProgramStep& step = controller.steps().steps()[i];
     EXPECT_EQ(step.robot, expected[i].robot) << i;
     EXPECT_EQ(step.name, expected[i].name) << i;
     EXPECT_EQ(step.line, expected[i].line) << i;
@@ -119,7 +119,30 @@ TEST(Program, RoutinesReportTheirActionsAndTimes) {
     EXPECT_NEAR(step.end_s, expected[i].end_s, 1e-9) << i;
   }
   controller.restart();
-  EXPECT_TRUE(controller.steps().empty());
+  EXPECT_TRUE(controller.steps().steps().empty());
+}
+
+TEST(Program, TheNewestStepsOfALongProgramAreKept) {
+  const ProgramFile file(
+      "routine('Robot1', function(r)\n"
+      "  r:step('all')\n"
+      "  for _ = 1, 20 do r:wait(0.1) end\n"
+      "  r:wait(100)\n"
+      "end)\n");
+  const CellDescription cell = block_cell();
+  Controller controller(file.path(), cell);
+  controller.keep_steps(3);
+  IdealPlant plant(controller, cell);
+  plant.run(4.0, [](const Output&) { return false; });
+  const StepLog& log = controller.steps();
+  EXPECT_EQ(log.first(), 1 + 20 + 1 - 3);
+  ASSERT_EQ(log.steps().size(), 3U);
+  EXPECT_EQ(log.steps()[1].line, 3);
+  EXPECT_NEAR(log.steps()[1].end_s, log.steps()[2].begin_s, 1e-12);
+  EXPECT_EQ(log.steps()[2].line, 4);
+  EXPECT_LT(log.steps()[2].end_s, 0.0);
+  // 22 steps begin, and 20 of them end.
+  EXPECT_EQ(log.changes(), 42U);
 }
 
 TEST(Program, AProgramReadsTheCell) {

@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "server/headless/assertions.h"
+#include "server/headless/report.h"
 #include "server/scenario/scenario_reader.h"
 #include "tests/support/box_cell.h"
 #include "tests/support/test_device.h"
@@ -87,6 +88,29 @@ TEST_F(Assertions, HoldersAndSignalsAreJudgedOrReportedAsUndecided) {
   for (std::size_t i = 0; i < results.size(); ++i)
     EXPECT_EQ(results[i].verdict, expected[i]) << i << ": " << results[i].sentence;
   EXPECT_THAT(results[3].sentence, HasSubstr("temperature is 20; allowed: at least 100"));
+}
+
+TEST_F(Assertions, ExpectedPlacesAreDemandsOfARunThatReachesItsDuration) {
+  scenario_.duration_s = 0.2;
+  scenario_.expected_tolerance_m = 0.002;
+  scenario_.expected = {{"Box", test::at(0.0, 0.0, 0.5 - 0.5 * 9.80665 * 0.04)}};
+  const auto judged = [&](double duration_s) {
+    Simulation simulation(cell_.build());
+    HeadlessOptions options;
+    options.duration_s = duration_s;
+    return run_headless(simulation, scenario_, options);
+  };
+  const HeadlessResult there = judged(0.2);
+  ASSERT_EQ(there.assertions.size(), 1U);
+  EXPECT_EQ(there.assertions[0].verdict, Verdict::passed) << there.assertions[0].sentence;
+  EXPECT_EQ(verdict(there), "passed");
+  // Another 0.05 s of fall are 110 mm.
+  const HeadlessResult beyond = judged(0.25);
+  ASSERT_EQ(beyond.assertions.size(), 1U);
+  EXPECT_EQ(beyond.assertions[0].verdict, Verdict::failed);
+  EXPECT_NEAR(*beyond.assertions[0].value, 0.5 * 9.80665 * (0.0625 - 0.04), 0.002);
+  EXPECT_EQ(verdict(beyond), "failed");
+  EXPECT_TRUE(judged(0.1).assertions.empty()) << "the Box is on its way";
 }
 
 TEST_F(Assertions, UnknownNamesAreReported) {

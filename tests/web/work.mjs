@@ -1,7 +1,7 @@
 // What one does on the page, by mouse and by key: robots are jogged, grippers commanded, a Part is moved while the cell stands,
 // scenarios, snapshots and logs come from the menu. The state on DDS is the witness.
 import {strict as assert} from 'node:assert';
-import {cpSync, readFileSync} from 'node:fs';
+import {cpSync, mkdirSync, readFileSync} from 'node:fs';
 import {findings} from './axe.mjs';
 import {chromium, executable, visit} from './browser.mjs';
 import {program, sources, start, stop, takt, view} from './processes.mjs';
@@ -166,6 +166,25 @@ await until(() => takt.last.description.scenario === 'gear_on_shaft');
 assert.equal(takt('status').state, 'stopped');
 await page.click('#reload');
 await until(() => document.querySelector('#scenario-now').textContent === 'gear_on_shaft');
+// A Part of a mesh file: the folder offers its files, and the Part comes to where the camera looks.
+mkdirSync('config/scenarios/parts');
+cpSync('config/meshes/C.obj', 'config/scenarios/parts/C.obj');
+await page.fill('#part-file', 'parts');
+await page.locator('#part-file').press('Tab');
+await until(() => [...document.querySelectorAll('#part-files option')].some(({value}) => value.endsWith('/C.obj')));
+const file = await ask(() => [...document.querySelectorAll('#part-files option')].find(({value}) => value.endsWith('/C.obj')).value);
+await page.fill('#part-file', file);
+await page.locator('#part-name').press('Enter');
+await until(() => /mass/.test(document.querySelector('#menu-answer').textContent));
+const many = await ask(() => takt.last.description.components.length);
+await page.fill('#part-mass', '0.25');
+await page.locator('#part-mass').press('Enter');
+await until((count) => takt.last.description.components.length === count + 1, many);
+await until(() => takt.selected()?.name === 'C');
+const looked = await ask(() => takt.cell.orbit.target.toArray());
+await near(() => position('C'), looked, 1e-9, 'a Part of a mesh file');
+await page.click('#reload');
+await until((count) => takt.last.description.components.length === count, many);
 // What is not there is said, and the cell stays.
 await page.fill('#scenario-file', 'nothing.yaml');
 await page.locator('#scenario-file').press('Enter');

@@ -10,6 +10,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "client_lib/tools/takt_controller/program_reporter.h"
+
 namespace takt::tool {
 namespace {
 
@@ -36,6 +38,7 @@ class Session {
         cell_(options.client),
         info_(cell_.cell()),
         controller_(options.program, *info_, options.parameters),
+        reporter_(cell_, controller_, *info_, options.name),
         period_s_(controller_.period_s()) {}
 
   /// `again`: the cell was lost before. One that goes on in the middle is left alone until it is reset.
@@ -46,6 +49,7 @@ class Session {
     for (const int device : controller_.driven_devices())
       targets.push_back(info_->devices.at(static_cast<std::size_t>(device)).name);
     cell_.register_controller(options_.name, Seconds{period_s_}, options_.client.timeout, targets);
+    reporter_.begin(options_.program);
     try {
       if (options_.pace) cell_.set_pace(*options_.pace);
       begin_at(cell_.state());
@@ -60,6 +64,7 @@ class Session {
       }
       while (one_boundary()) {
       }
+      reporter_.send();
     } catch (...) {
       leave();
       throw;
@@ -112,6 +117,16 @@ class Session {
     return true;
   }
 
+  /// A program may wait long; what has not been reported of it is reported meanwhile.
+  template <typename Condition>
+  std::optional<State> next_state(Condition condition, Seconds patience) {
+    if (reporter_.is_behind() && patience > ProgramReporter::kPeriod) {
+      if (auto state = cell_.wait_for(topics::state, condition, ProgramReporter::kPeriod)) return state;
+      reporter_.send();
+    }
+    return cell_.wait_for(topics::state, condition, patience);
+  }
+
   /// Waits until the cell has come to this time. Meanwhile it answers again the instants that the cell repeats: the
   /// commands may not have arrived. False: not within the patience. Throws when the cell is another one. Returns too when it
   /// was reset; see restarted().
@@ -119,8 +134,7 @@ class Session {
     ++waits_;
     for (;;) {
       std::uint64_t newest = seen_.sample_number;
-      const auto state = cell_.wait_for(
-          topics::state,
+      const auto state = next_state(
           [&](const State& s) {
             if (is_at(s, due_s) || s.epoch != epoch_ || s.cell != info_) return true;
             const bool repeated = s.sample_number > newest && s.step == seen_.step && !answers_.empty();
@@ -245,6 +259,7 @@ class Session {
 
   void answer(const controller::Output& output, double time_s) {
     finished_ = output.finished;
+    reporter_.note(epoch_, time_s, finished_);
     answers_.push_back({time_s, output});
     if (++unsent_ >= kTogether) send();
     time_s_ = time_s;
@@ -308,6 +323,7 @@ class Session {
   Client cell_;
   std::shared_ptr<const CellInfo> info_;
   controller::Controller controller_;
+  ProgramReporter reporter_;
   double period_s_;
   std::uint32_t epoch_ = 0;
   double next_boundary_ = 0.0;  ///< a whole number

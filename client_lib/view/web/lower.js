@@ -6,6 +6,7 @@ import {CurveTree} from './curve_tree.js';
 import {Events} from './events.js';
 import {Past} from './past.js';
 import {Plots, labelOf} from './plots.js';
+import {Programs} from './programs.js';
 import {Signals} from './signals.js';
 import {Timeline} from './timeline.js';
 import {Track} from './track.js';
@@ -21,12 +22,13 @@ export class Lower {
     Object.assign(this, {seek, tell, film: null, wanted: null, seeking: false, listed: new Map(), logs: new Map(), places: new Track()});
     this.places.add('log');
     this.signals = new Signals();
+    this.programs = new Programs();
     this.past = new Past(() => { show(); this.badge(); });
     this.events = new Events($('events'), (event) => this.goEvent(event));
     this.tree = new CurveTree((name, apart) => this.add(name, apart));
     this.plots = new Plots($('plots'), {changed, picked: (time) => this.go(this.film ? this.positionOf(time) : time), unitOf: (name) => this.tree.names.get(name) ?? '',
       past: (name) => this.remembered(name), save: (plot, kind) => this.save(plot, kind)});
-    this.timeline = new Timeline({go: (time) => this.go(time), eventTime: (event) => this.eventTime(event)});
+    this.timeline = new Timeline({go: (time) => this.go(time), eventTime: (event) => this.eventTime(event), stepTime: (time) => (this.film ? this.positionOf(time) : time)});
     $('live').onclick = () => this.past.leave();
     const tall = (height) => { const high = Math.max(Math.round(height), 90); $('bottom').style.setProperty('--low', `${high}px`); $('grip').setAttribute('aria-valuenow', high); };
     $('grip').onpointerdown = (event) => $('grip').setPointerCapture(event.pointerId);
@@ -43,6 +45,7 @@ export class Lower {
     this.film = film ? {first: 0, position: 0, duration: 0} : null;
     $('position').disabled = film && observer;
     this.events.clear();
+    this.programs.clear();
     this.past.clear();
   }
 
@@ -96,6 +99,7 @@ export class Lower {
   // --- samples ----------------------------------------------------------------------------------------------------
   // `log`: when it was recorded or received, s.
   sample(name, type, sample, log) {
+    if (this.programs.take(name, sample)) return;
     const time = sample.time ?? stampOf(sample);
     if (this.film) this.follows(name, log);
     if (name === 'state') {
@@ -189,6 +193,10 @@ export class Lower {
       this.events.list();
       this.timeline.setEvents(this.events.all);
       this.eventful = false;
+    }
+    if (this.barred !== this.programs.changes) {
+      this.barred = this.programs.changes;
+      this.timeline.setBars(this.programs.bars());
     }
     if (this.film) this.timeline.show({from: 0, to: this.film.duration, at: this.film.position, recording: true});
     else if (this.newest) this.timeline.show({from: this.past.states.first ?? this.newest.time, to: this.newest.time, at: this.past.shown?.state.time ?? null});

@@ -8,6 +8,7 @@ import {Link} from './link.js';
 import {Lower} from './lower.js';
 import {Menu} from './menu.js';
 import {Mover} from './mover.js';
+import {isProgram} from './programs.js';
 import {SceneTree} from './scene_tree.js';
 import {frame, keyboard} from './shell.js';
 
@@ -66,13 +67,13 @@ const link = new Link(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${loca
   },
   sample(topic, sample, type, log) {
     const name = topicOf(topic);
-    last[name] = sample;
+    if (!isProgram(name)) last[name] = sample;
     if (name !== 'description') lower.sample(name, type, sample, log);
     (takes[name] ?? (() => {}))(sample);
   },
 }, (channel) => {
   const name = topicOf(channel.topic);
-  const wanted = (SHOWN.includes(name) && channel.schemaName !== 'sensor_msgs/msg/JointState') || name === 'playback' || wantsNow(name);
+  const wanted = (SHOWN.includes(name) && channel.schemaName !== 'sensor_msgs/msg/JointState') || name === 'playback' || isProgram(name) || wantsNow(name);
   if (wanted) subscribed.add(channel.id);
   return wanted;
 });
@@ -104,7 +105,8 @@ const takes = {
     const before = generation;
     if (last.state) takes.state(last.state);
     provisional = generation !== before;  // that state may be of the cell before
-    select(chosen);
+    select(wanted ?? chosen);
+    if (chosen?.name === wanted?.name) wanted = null;
   },
   state(state) {
     if (!lower.past.shown) {
@@ -218,6 +220,7 @@ function draw() {
   }
   if (drawn.graph) graph();
   lower.draw();
+  program?.update();
   for (const key of Object.keys(drawn)) delete drawn[key];
 }
 requestAnimationFrame(draw);
@@ -297,10 +300,13 @@ $('legend').replaceChildren(line('parts', ...Object.entries(STATES).flatMap(([st
   line('marks', ...mark(FORCE, 'force on a part', 'line'), ...mark(CONTACT, 'contact', 'line'), ...mark(HOLDS, 'holding relation', 'line')));
 
 // --- what is looked at, and what is selected ------------------------------------------------------------------------
-let chosen = null, fitted = Boolean(asked.camera), generation = null, provisional = false;
+let chosen = null, wanted = null, fitted = Boolean(asked.camera), generation = null, provisional = false;
 const inspector = new Inspector({ask, select, refusal: () => (playback ? 'A recording cannot be changed.' : observer() ? 'Observers may look, not touch.' : lower.past.shown ? 'The picture shows the past: go back to live first.' : link.socket.readyState !== WebSocket.OPEN ? 'There is no connection to the cell.' : '')});
 const tree = new SceneTree(select);
-const menu = new Menu({ask, refusal: () => inspector.refusal(), scenario: () => signals.description?.scenario});
+const menu = new Menu({ask, refusal: () => inspector.refusal(), scenario: () => signals.description?.scenario,
+  place: () => cell.orbit.target.toArray(), added: (name) => {
+    if (signals.description.components.some((one) => one.name === name)) select({kind: 'component', name}); else wanted = {kind: 'component', name};
+  }});
 const mover = new Mover(cell, ({name, position, orientation}) => ask('set_entity_state', {entity: name, position, orientation}).catch(() => { if (last.state) cell.show(last.state); }));
 // The editor is loaded when it is first wanted.
 let editor = null;
@@ -310,6 +316,13 @@ async function edit() {
   await editor.load();
 }
 $('edit').onclick = () => edit();
+let program = null;
+async function readProgram() {
+  if (!$('program').hidden) { $('program-close').click(); return; }
+  program ??= new (await import('./program_view.js')).ProgramView({programs: lower.programs, time: () => lower.state?.time ?? null, closed: () => $('cell').focus()});
+  program.open();
+}
+$('read-program').onclick = () => readProgram();
 // A Part has handles while they are asked for, it is selected and the cell stands.
 let moving = null;
 function handles() {
@@ -387,7 +400,7 @@ keyboard([
   [' ', 'run or pause', () => $(last.status?.state === SimulationState.playing ? 'pause' : 'play').click()], ['.', 'step', press('step')], ['R', 'reset', press('reset')],
   ['f', 'fit to the cell, or to what is selected', press('fit')], ['1', 'isometric', camera('iso')], ['2', 'front', camera('front')], ['3', 'right', camera('right')], ['4', 'top', camera('top')],
   ['o', 'orthographic or perspective', press('orthographic')], ['z', 'previous view', press('back')], ['m', 'measure between two points', press('measure')], ['g', 'move the selected Part', press('move')], ['h', 'turn the selected Part', press('turn')],
-  [Object.keys(STEPS), 'move it by 1 mm or 1°, with Shift by ten', nudge, () => moving && mover.handles.object], ['n', 'scenario, snapshots, recording', press('menu')], ['y', 'scenario file in the editor', press('edit')], ['Escape', 'select nothing', () => select(null)],
+  [Object.keys(STEPS), 'move it by 1 mm or 1°, with Shift by ten', nudge, () => moving && mover.handles.object], ['n', 'scenario, snapshots, recording', press('menu')], ['y', 'scenario file in the editor', press('edit')], ['p', 'programs of the robots', press('read-program')], ['Escape', 'select nothing', () => select(null)],
   ['c', 'colour by state', press('by-state')], ['e', 'edges', press('edges')], ['a', 'frames (axes)', press('frames')], ['/', 'find a component', () => { if (document.body.classList.contains('no-tree')) $('fold-tree').click(); $('find').focus(); }],
   ['t', 'scene tree', press('fold-tree')], ['i', 'inspector', press('fold-inspector')], ['b', 'timeline and curves', press('fold-bottom')], ['d', 'light or dark theme', press('theme')], ['l', 'live again, out of the history', press('live')], ['?', 'this list', press('help')],
 ]);

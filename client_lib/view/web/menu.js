@@ -6,10 +6,11 @@ const size = (bytes) => (bytes < 1e6 ? `${Math.ceil(bytes / 1e3)} kB` : `${(byte
 
 export class Menu {
   // ask(request, arguments, aside): aside: its sentence is not shown. refusal(): why nothing may be changed, or ''.
-  constructor({ask, refusal, scenario}) {
+  // place(): where a Part comes, m. added(name).
+  constructor({ask, refusal, scenario, place, added}) {
     Object.assign(this, {ask, refusal, scenario});
     $('menu').onclick = () => this.open();
-    const on = (id, request, args, after = () => this.list()) => { $(id).onclick = async () => { try { this.say(await ask(request, args())); await after(); } catch (error) { this.say(error); } }; };
+    const on = (id, request, args, after = () => this.list()) => { $(id).onclick = async () => { try { const answer = await ask(request, args()); this.made = answer.values?.entity; this.say(answer); await after(); } catch (error) { this.say(error); } }; };
     const level = () => ($('load-level').value ? {level_of_detail: Number($('load-level').value)} : {});
     on('load', 'load_scenario', () => ({uri: $('scenario-file').value.trim(), ...level()}));
     on('reload', 'reload_scenario', () => ({}));
@@ -18,7 +19,20 @@ export class Menu {
     on('restore-newest', 'restore_snapshot', () => ({}));
     on('record', 'start_recording', () => ({name: $('recording-name').value.trim()}));
     on('record-stop', 'stop_recording', () => ({}));
-    for (const [field, button] of [['scenario-file', 'load'], ['snapshot-name', 'save'], ['recording-name', 'record']])
+    on('part-add', 'spawn_entity', () => {
+      const uri = $('part-file').value.trim(), [x, y, z] = place();
+      return {name: $('part-name').value.trim() || uri.split('/').at(-1).replace(/\.\w+$/, '').replace(/[^\w-]/g, '_'), allow_renaming: true, uri,
+        ...($('part-mass').value ? {mass: Number($('part-mass').value)} : {}), mesh_scale: Number($('part-unit').value), position: [x, y, z]};
+    }, () => added(this.made));
+    // A folder that is named is looked into.
+    $('part-file').onchange = async () => {
+      const folder = $('part-file').value.trim();
+      if (!folder || /\.\w+$/.test(folder)) return;
+      const answer = await this.ask('get_spawnables', {sources: [folder]}, true).catch((error) => error), files = (answer.values?.spawnables ?? []).filter(({uri}) => uri);
+      $('part-files').replaceChildren(...files.map(({uri, description}) => make('option', description, {value: uri})));
+      this.say({message: files.length ? `${folder} has ${files.length === 1 ? 'a mesh file' : `${files.length} mesh files`}.` : answer.message || `${folder} has no mesh file.`});
+    };
+    for (const [field, button] of [['part-mass', 'part-add'], ['part-name', 'part-add'], ['scenario-file', 'load'], ['snapshot-name', 'save'], ['recording-name', 'record']])
       $(field).addEventListener('keydown', (event) => { if (event.key === 'Enter') $(button).click(); });
   }
 

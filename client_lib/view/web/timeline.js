@@ -1,16 +1,17 @@
-// The timeline: events as marks, the time that is shown as a handle. Of a recording all of it, in seconds from its beginning;
-// of a running cell the minutes that the page keeps, in simulated time.
-import {$} from './dom.js';
+// The timeline: events as marks, steps of the robots' programs as bars, the time that is shown as a handle. Of a recording all
+// of it, in seconds from its beginning; of a running cell the minutes that the page keeps, in simulated time.
+import {$, make} from './dom.js';
 import {Severity, nameOf} from './messages.js';
 import {gathered, saying} from './events.js';
 
 const NEAR_PX = 6, PERIOD_MS = 100, EDGE_PX = 6, LEAST_S = 1, MOST_LINES = 6;
+const LANE_PX = 38, ROW_PX = 13, MOST_ROWS = 4;  // the rows of the bars lie below the handle's lane
 const COLORS = {[Severity.information]: '--soft', [Severity.warning]: '--warn', [Severity.error]: '--bad'};
 
 export class Timeline {
-  // go(time): shows this time; null: the present. eventTime(event): its time here.
-  constructor({go, eventTime}) {
-    Object.assign(this, {go, eventTime, from: 0, to: LEAST_S, newest: 0, at: null, marks: [], events: [], drawn: -Infinity, dirty: true, recording: false});
+  // go(time): shows this time; null: the present. eventTime(event): its time here. stepTime(time): that of a simulated time.
+  constructor({go, eventTime, stepTime}) {
+    Object.assign(this, {go, eventTime, stepTime, bars: [], drawnBars: [], from: 0, to: LEAST_S, newest: 0, at: null, marks: [], events: [], drawn: -Infinity, dirty: true, recording: false});
     const slider = $('position');
     this.canvas = $('timeline').querySelector('canvas');
     slider.oninput = () => this.slid(Number(slider.value));
@@ -24,10 +25,15 @@ export class Timeline {
       const step = {PageUp: 1, PageDown: -1}[event.key];
       if (!step || slider.disabled) return;
       event.preventDefault();
-      const now = this.at ?? this.newest, times = this.events.map((one) => this.eventTime(one)).filter((time) => (step > 0 ? time > now + 1e-6 : time < now - 1e-6));
+      const now = this.at ?? this.newest, all = event.shiftKey ? this.bars.flatMap(({steps}) => steps.map(({begin}) => this.stepTime(begin))) : this.events.map((one) => this.eventTime(one));
+      const times = all.filter((time) => (step > 0 ? time > now + 1e-6 : time < now - 1e-6));
       if (times.length) this.go(step > 0 ? Math.min(...times) : Math.max(...times));
       else if (step > 0) this.go(null);
     });
+    const {canvas} = this;
+    canvas.addEventListener('pointermove', (event) => this.hoverBar(event));
+    canvas.addEventListener('pointerleave', () => { $('marks').hidden = true; });
+    canvas.addEventListener('click', (event) => { const bar = this.barUnder(event); if (bar && !slider.disabled) this.go(this.stepTime(bar.step.begin)); });
     new ResizeObserver(() => this.touch()).observe($('timeline'));
   }
 
@@ -42,6 +48,11 @@ export class Timeline {
     Object.assign(this, {from, to, newest, at, recording, dirty: true});
   }
   setEvents(events) { this.events = events; this.dirty = true; }
+  // [{robot, steps}]
+  setBars(bars) {
+    Object.assign(this, {bars, dirty: true});
+    $('timeline').style.height = bars.length ? `${LANE_PX + ROW_PX * Math.min(bars.length, MOST_ROWS)}px` : '';
+  }
 
   slid(part) {
     const time = this.from + part * (this.to - this.from);
@@ -54,12 +65,12 @@ export class Timeline {
   draw(now = performance.now()) {
     if (!this.dirty || now - this.drawn < PERIOD_MS || !this.canvas.offsetParent) return;
     Object.assign(this, {drawn: now, dirty: false});
-    const {canvas, from, to} = this, {clientWidth: width, clientHeight: height} = canvas, sharp = devicePixelRatio;
+    const {canvas, from, to} = this, {clientWidth: width, clientHeight: whole} = canvas, height = Math.min(whole, LANE_PX), sharp = devicePixelRatio;
     this.width = width;
-    if (canvas.width !== Math.round(width * sharp) || canvas.height !== Math.round(height * sharp)) Object.assign(canvas, {width: Math.round(width * sharp), height: Math.round(height * sharp)});
+    if (canvas.width !== Math.round(width * sharp) || canvas.height !== Math.round(whole * sharp)) Object.assign(canvas, {width: Math.round(width * sharp), height: Math.round(whole * sharp)});
     const context = canvas.getContext('2d'), style = getComputedStyle(document.documentElement), color = (name) => style.getPropertyValue(name).trim();
     context.setTransform(sharp, 0, 0, sharp, 0, 0);
-    context.clearRect(0, 0, width, height);
+    context.clearRect(0, 0, width, whole);
     context.fillStyle = color('--raised');
     context.fillRect(EDGE_PX, 14, width - 2 * EDGE_PX, height - 16);
     context.font = '11px system-ui, sans-serif';
@@ -82,9 +93,49 @@ export class Timeline {
       else context.arc(x, middle, 3, 0, 2 * Math.PI);
       context.fill();
     }
+    this.drawBars(context, color, whole);
     const slider = $('position'), value = ((this.at ?? this.newest) - from) / Math.max(to - from, 1e-9);
     if (!slider.matches(':active')) slider.value = value;
     slider.setAttribute('aria-valuetext', this.at === null ? 'live' : `${this.at.toFixed(2)} s`);
+  }
+
+  // A row for each robot. A step that goes on ends at the newest time.
+  drawBars(context, color, whole) {
+    this.drawnBars = [];
+    const {bars, width} = this, row = (whole - LANE_PX) / Math.max(bars.length, 1);
+    if (!bars.length || row < 1) return;
+    context.font = '10px system-ui, sans-serif';
+    context.textBaseline = 'middle';
+    bars.forEach(({robot, steps}, i) => {
+      const top = LANE_PX + i * row, tall = Math.max(row - 2, 1);
+      steps.forEach((step, n) => {
+        const begin = this.stepTime(step.begin), end = step.end < 0 ? this.newest : this.stepTime(step.end);
+        if (end < this.from || begin > this.to) return;
+        const a = this.place(Math.max(begin, this.from)), b = Math.max(this.place(Math.min(end, this.to)), a + 1);
+        context.globalAlpha = step.end < 0 ? 0.5 : n % 2 ? 0.34 : 0.2;
+        context.fillStyle = color('--accent');
+        context.fillRect(a, top, Math.max(b - a - 1, 1), tall);
+        context.globalAlpha = 1;
+        this.drawnBars.push({a, b, top, bottom: top + row, robot, step});
+        const text = step.name;
+        if (row >= 10 && context.measureText(text).width < b - a - 8) {
+          context.fillStyle = color('--ink');
+          context.fillText(text, a + 4, top + tall / 2 + 0.5);
+        }
+      });
+    });
+    context.fillStyle = color('--accent');
+    context.fillRect(Math.round(Math.min(Math.max(this.place(this.at ?? this.newest), EDGE_PX), width - EDGE_PX)), LANE_PX, 1, whole - LANE_PX);
+    context.textBaseline = 'top';
+  }
+  barUnder({offsetX: x, offsetY: y}) { return this.drawnBars.findLast(({a, b, top, bottom}) => x >= a && x <= b && y >= top && y < bottom) ?? null; }
+  hoverBar(event) {
+    const bar = this.barUnder(event), box = $('marks');
+    box.hidden = !bar;
+    if (!bar) return;
+    const {robot, step: {name, begin, end, line}} = bar;
+    box.replaceChildren(make('div', `${robot}: ${name}`), make('div', `${begin.toFixed(3)} s to ${end < 0 ? 'now' : `${end.toFixed(3)} s, ${Number((end - begin).toPrecision(3))} s`}${line ? `; line ${line} of the program` : ''}`));
+    box.style.left = `${Math.min(bar.a, Math.max(this.width - box.offsetWidth, 0))}px`;
   }
 
   // Events that would lie upon each other are one mark, of the worst among them.

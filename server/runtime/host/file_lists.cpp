@@ -34,7 +34,8 @@ class Search {
     if (fs::is_regular_file(path, error) && fits(path)) return take(path);
     if (!fs::is_directory(path, error))
       return fails("'" + source.substr(0, 200) + "' is neither a directory nor a file of the kind " +
-                   list_names(extensions_) + ", seen from the working directory of the server.");
+                   list_names(extensions_) + ", seen from the " +
+                   (allowed_.empty() ? "working directory of the server." : "directory of scenarios."));
     return walk<fs::recursive_directory_iterator>(path);
   }
   /// Its files alone.

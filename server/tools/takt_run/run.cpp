@@ -107,10 +107,11 @@ int run(const RunArguments& a) {
 
   std::optional<Progress> progress(std::in_place, a.quiet);
   const auto fmus = fmu_library(a.scenario.allowed_fmus);
+  const PackageFolders packages = command_line::package_folders(a.scenario.packages);
   const auto cell = build_cell(
       scenario, {user_cache_directory(), &monotonic_seconds,
                  [&](const std::string& component, double part) { progress->at_import(component, part); },
-                 fmus.get(), command_line::package_folders(a.scenario.packages)});
+                 fmus.get(), packages});
   progress.reset();
   std::set<std::string> notes;
   for (const ImportNote& note : cell->import_notes)
@@ -131,6 +132,8 @@ int run(const RunArguments& a) {
   }
   const std::vector<Picture> pictures = requested_pictures(a, cell->step_s, options.duration_s);
   const std::optional<PictureView> view = picture_view(a);
+  std::optional<RobotShapes> shapes;
+  if (!pictures.empty()) shapes.emplace(scenario, cell->description, packages);
   progress.emplace(a.quiet, options.duration_s);
   StepObserver observer;
   if (csv || mcap || progress->shows() || !pictures.empty()) {
@@ -143,7 +146,7 @@ int run(const RunArguments& a) {
       }
       for (const Picture& picture : pictures)
         if (picture.step == s.step_index())
-          write_picture(s.description(), s.make_snapshot(), picture.file, view);
+          write_picture(s.description(), *shapes, s.make_snapshot(), picture.file, view);
     };
   }
   const HeadlessResult result = run_headless(simulation, scenario, options, observer, make_pacer(a));
@@ -155,8 +158,9 @@ int run(const RunArguments& a) {
     mcap->close(simulation, result);
   }
 
-  const RunInfo info{scenario.initial_solver(), cell->description.level_of_detail, a.recording.pace,
-                     cell->convex_imports, cell->import_notes};
+  const RunInfo info{scenario.initial_solver(), cell->description.level_of_detail,
+                     a.recording.pace,          cell->convex_imports,
+                     cell->import_notes,        packages};
   const auto report = [&](std::ostream& out) {
     out << report_json(scenario, cell->description, info, result) << '\n';
   };

@@ -1,0 +1,123 @@
+#include "server/headless/robot_shapes.h"
+
+#include <algorithm>
+#include <array>
+#include <exception>
+#include <map>
+#include <set>
+#include <string>
+#include <utility>
+
+#include "idl/common/text.h"
+#include "plant_models/robot/arm_kinematics.h"
+#include "server/geometry/mesh/collada_reader.h"
+#include "server/scenario/urdf_meshes.h"
+
+namespace takt {
+namespace {
+
+constexpr double kMostTriangles = 2e6;  // of all robots: a picture of more takes minutes
+constexpr render::Color kPlain{0.86, 0.87, 0.89};
+
+bool is_collada(const UrdfShape& shape) {
+  return shape.kind == UrdfShapeKind::mesh &&
+         lower_text(std::filesystem::path(shape.filename).extension().string()) == ".dae";
+}
+
+/// Surfaces of the shapes in the frame in which X_AL places the link.
+std::vector<ColoredMesh> surfaces(const UrdfRobot& robot, const UrdfLink& link,
+                                  const std::vector<UrdfShape>& shapes, const Pose& X_AL) {
+  std::vector<ColoredMesh> all;
+  for (const UrdfShape& shape : shapes) {
+    std::vector<ColoredMesh> made;
+    if (is_collada(shape)) {
+      made = read_collada(require_mesh_file(robot, shape, "link '" + link.name + "': "));
+      for (ColoredMesh& one : made)
+        for (Vec3& vertex : one.mesh.vertices)
+          vertex = X_AL * (shape.X_LS * vertex.cwiseProduct(shape.scale));
+    } else {
+      for (NamedMesh& one : urdf_meshes(robot, link.name, {shape}, "link '" + link.name + "': ", X_AL))
+        made.push_back(
+            {std::move(one.mesh),
+             {static_cast<float>(kPlain.r), static_cast<float>(kPlain.g), static_cast<float>(kPlain.b)}});
+    }
+    for (ColoredMesh& one : made) {
+      if (shape.color) one.color = *shape.color;
+      all.push_back(std::move(one));
+    }
+  }
+  return all;
+}
+
+/// The shapes for pictures, or those of collision checking, or none.
+std::vector<ColoredMesh> surfaces(const UrdfRobot& robot, const UrdfLink& link, const Pose& X_AL) {
+  for (const auto* shapes : {&link.visuals, &link.collisions}) {
+    try {
+      if (!shapes->empty()) return surfaces(robot, link, *shapes, X_AL);
+    } catch (const std::exception&) {  // a file that is missing, or of a format that is not read
+    }
+  }
+  return {};
+}
+
+/// Names of the links that the flange link carries.
+std::set<std::string> carried_by(const UrdfRobot& robot, const std::string& flange) {
+  std::set<std::string> names;
+  std::vector<std::size_t> walk{robot.find_link(flange)};
+  for (std::size_t i = 0; i < walk.size(); ++i)
+    for (const std::size_t joint : robot.links[walk[i]].below) {
+      walk.push_back(robot.joints[joint].child);
+      names.insert(robot.links[walk.back()].name);
+    }
+  return names;
+}
+
+}  // namespace
+
+RobotShapes::RobotShapes(const Scenario& scenario, const CellDescription& cell,
+                         const PackageFolders& packages) {
+  double triangles = 0.0;
+  for (const RobotDescription& description : cell.robots) {
+    Robot& robot = robots_.emplace_back();
+    robot.description = &description;
+    const auto source = std::ranges::find(scenario.robots, description.name, &ScenarioRobot::name);
+    if (source == scenario.robots.end()) continue;
+    try {
+      const UrdfRobot urdf = read_urdf(source->urdf, packages);
+      const bool has_fingers = std::ranges::any_of(scenario.grippers, [&](const ScenarioGripper& gripper) {
+        return gripper.robot == description.name && gripper.fingers;
+      });
+      const std::set<std::string> left_out =
+          has_fingers ? carried_by(urdf, source->flange_link) : std::set<std::string>{};
+      for (const RobotLink& link : description.links) {
+        if (left_out.contains(link.name)) continue;
+        for (ColoredMesh& surface : surfaces(urdf, urdf.links[urdf.find_link(link.name)], link.X_JL)) {
+          triangles += static_cast<double>(surface.mesh.triangles.size());
+          if (triangles > kMostTriangles) return;
+          Piece& piece = robot.pieces.emplace_back();
+          piece.joint = link.joint;
+          piece.mesh.color = {surface.color[0], surface.color[1], surface.color[2]};
+          piece.mesh.vertices = std::move(surface.mesh.vertices);
+          piece.mesh.triangles = std::move(surface.mesh.triangles);
+        }
+      }
+    } catch (const std::exception&) {  // the file is gone since the cell was built
+      robot.pieces.clear();
+    }
+  }
+}
+
+bool RobotShapes::add_to(render::Scene& scene, std::size_t index, const double* q) const {
+  const Robot& robot = robots_.at(index);
+  if (robot.pieces.empty()) return false;
+  ArmPoses poses;
+  forward_kinematics(robot.description->arm, q, poses);
+  for (const Piece& piece : robot.pieces) {
+    render::Mesh& mesh = scene.meshes.emplace_back(piece.mesh);
+    mesh.X_WB = piece.joint < 0 ? robot.description->X_WR
+                                : robot.description->X_WR * poses.link[static_cast<std::size_t>(piece.joint)];
+  }
+  return true;
+}
+
+}  // namespace takt
