@@ -97,16 +97,19 @@ for (const {robot, names} of calls) {
   assert.deepEqual(now.map(({name}) => name), names);
   assert.ok((await lineOf(now.at(-1).line)).includes(names.at(-1)));
 }
+// A reset ends them.
+await stop(controller);
+await page.click('#reset');
+await until(() => takt.lower.timeline.bars.length === 0);
 assert.deepEqual(problems, []);
 await page.context().close();
-await stop(controller);
 await stop(bridge);
 await stop(running);
 
 stage('a recording');
 const player = await view(0, 'seen.mcap');
 const film = await visit(browser, player.url, {width: 1400, height: 900});
-await film.until((many) => takt.lower.programs.bars().flatMap(({steps}) => steps).length === many, named.length);
+await film.until((many) => takt.lower.programs.bars(takt.last.state?.epoch).flatMap(({steps}) => steps).length === many, named.length);
 await film.page.locator('#cell').focus();
 await film.page.keyboard.press('p');
 await film.until((first) => document.querySelector('#program-text .cm-line')?.textContent === first, lineOf(1));

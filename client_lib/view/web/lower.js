@@ -194,9 +194,10 @@ export class Lower {
       this.timeline.setEvents(this.events.all);
       this.eventful = false;
     }
-    if (this.barred !== this.programs.changes) {
-      this.barred = this.programs.changes;
-      this.timeline.setBars(this.programs.bars());
+    const barred = `${this.programs.changes} ${this.newest?.epoch}`;
+    if (this.barred !== barred) {
+      this.barred = barred;
+      this.timeline.setBars(this.programs.bars(this.newest?.epoch));
     }
     if (this.film) this.timeline.show({from: 0, to: this.film.duration, at: this.film.position, recording: true});
     else if (this.newest) this.timeline.show({from: this.past.states.first ?? this.newest.time, to: this.newest.time, at: this.past.shown?.state.time ?? null});

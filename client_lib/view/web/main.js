@@ -319,7 +319,7 @@ $('edit').onclick = () => edit();
 let program = null;
 async function readProgram() {
   if (!$('program').hidden) { $('program-close').click(); return; }
-  program ??= new (await import('./program_view.js')).ProgramView({programs: lower.programs, time: () => lower.state?.time ?? null, closed: () => $('cell').focus()});
+  program ??= new (await import('./program_view.js')).ProgramView({programs: lower.programs, state: () => lower.state, closed: () => $('cell').focus()});
   program.open();
 }
 $('read-program').onclick = () => readProgram();

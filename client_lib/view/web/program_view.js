@@ -28,10 +28,10 @@ const running = StateField.define({
   provide: (field) => EditorView.decorations.from(field, ({lines}) => lines),
 });
 
-// programs: what is known of them. time(): the time that is shown. closed().
+// programs: what is known of them. state(): the state that is shown, or undefined. closed().
 export class ProgramView {
-  constructor({programs, time, closed}) {
-    Object.assign(this, {programs, time, shown: null, marked: '', changes: -1});
+  constructor({programs, state, closed}) {
+    Object.assign(this, {programs, state, shown: null, marked: '', changes: -1});
     this.view = new EditorView({parent: $('program-text'), state: EditorState.create({extensions: [running, gutter({class: 'cm-robots', markers: (view) => view.state.field(running).markers}),
       basicSetup, StreamLanguage.define(lua), EditorState.readOnly.of(true), EditorView.contentAttributes.of({'aria-label': 'text of the program', tabindex: '0'})]})});
     $('program-which').onchange = () => this.fill();
@@ -69,9 +69,9 @@ export class ProgramView {
       }
       $('program-none').hidden = this.list.length > 0;
     }
-    const time = this.time(), lines = new Map(), says = [];
+    const state = this.state(), lines = new Map(), says = [];
     for (const robot of this.shown?.robots ?? []) {
-      const steps = time === null ? [] : this.programs.at(robot, time);
+      const steps = state ? this.programs.at(robot, state.epoch, state.time) : [];
       if (!steps.length) continue;
       const path = steps.map(({name}) => name).join(' › '), {line} = steps.at(-1);
       if (!lines.has(line)) lines.set(line, []);

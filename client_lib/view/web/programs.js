@@ -22,12 +22,12 @@ export class Programs {
     return true;
   }
 
-  // What the timeline shows of a robot: the sections that its program names, or else its calls.
-  bars() {
-    return [...this.robots].map(([robot, {steps}]) => ({robot, steps: steps.some(({named}) => named) ? steps.filter(({named}) => named) : steps})).filter(({steps}) => steps.length);
+  // What the timeline shows of a robot since that reset of the cell: the sections that its program names, or else its calls.
+  bars(reset) {
+    return [...this.robots].filter(([, {epoch}]) => epoch === reset).map(([robot, {steps}]) => ({robot, steps: steps.some(({named}) => named) ? steps.filter(({named}) => named) : steps})).filter(({steps}) => steps.length);
   }
-  // The steps of a robot at a time, outer ones first.
-  at(robot, time) { return (this.robots.get(robot)?.steps ?? []).filter(({begin, end}) => begin <= time && (end < 0 || time < end)); }
+  // The steps of a robot at a time after that reset, outer ones first.
+  at(robot, reset, time) { return (this.robots.get(robot)?.epoch === reset ? this.robots.get(robot).steps : []).filter(({begin, end}) => begin <= time && (end < 0 || time < end)); }
 
   // Programs with the robots that they run for, each once.
   programs() {
