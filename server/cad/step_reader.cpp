@@ -48,6 +48,7 @@ namespace {
 
 using product::Body;
 using product::Instance;
+using product::is_generic;
 using product::Product;
 
 constexpr double kMm = 1e-3;
@@ -66,15 +67,6 @@ std::string entry_of(const TDF_Label& label) {
   TCollection_AsciiString entry;
   TDF_Tool::Entry(label, entry);
   return entry.ToCString();
-}
-
-/// Names that OpenCASCADE and exporters make up for uses of a part.
-bool is_generic(const std::string& name) {
-  if (name.empty() || name.starts_with("=>") || name == "NONE" || name == "PART" || name == "SOLID" ||
-      name == "COMPOUND")
-    return true;
-  return name.starts_with("NAUO") ||
-         std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
 }
 
 /// Entities of a STEP file by their numbers: how many, and the first of them.

@@ -17,14 +17,12 @@ namespace {
 using product::Instance;
 using product::Product;
 using test::box;
+using test::cylinder;
 using test::moved_by;
 using test::StepProduct;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-TopoDS_Shape cylinder(double radius, double height) {
-  return BRepPrimAPI_MakeCylinder(radius, height).Shape();
-}
 /// A plate around the origin with a hole along z.
 TopoDS_Shape bored(double side, double thickness, double radius) {
   const TopoDS_Shape plate =
