@@ -28,6 +28,7 @@ struct Arguments {
   std::string file, directory, up = "z";
   double deflection_mm = 0.1, scale = 1.0;
   bool deflection_given = false;
+  int time_limit_s = 60;
   std::vector<std::string> densities;
   bool json = false, list = false, robot = false;
 };
@@ -177,6 +178,7 @@ product::Product read(const Arguments& a) {
   cad::StepOptions options;
   options.deflection_m = a.deflection_mm * 1e-3;
   options.densities = densities_of(a.densities);
+  options.time_limit_s = a.time_limit_s;
   return cad::read_step(a.file, options);
 }
 
@@ -255,6 +257,11 @@ int main_of(int argc, char** argv) {
       ->option_text("NAME=KG_PER_M3 ...")
       ->type_size(1)
       ->allow_extra_args(false);
+  app.add_option(
+         "--time-limit", a.time_limit_s,
+         "processor time for the mesh of one solid (s); one that takes longer is left out, with a note")
+      ->check(CLI::Range(1, 86400))
+      ->capture_default_str();
   app.add_option("--up", a.up, "axis of the product that points upwards in the cell")
       ->check(CLI::IsMember({"x", "-x", "y", "-y", "z", "-z"}))
       ->capture_default_str();
