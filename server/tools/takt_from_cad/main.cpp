@@ -18,6 +18,7 @@
 #include "server/product/exploded_view.h"
 #include "server/product/glb_assembly.h"
 #include "server/tools/takt_from_cad/picture.h"
+#include "server/tools/takt_from_cad/robot_trial.h"
 
 namespace takt {
 namespace {
@@ -198,10 +199,12 @@ int run(const Arguments& a) {
   const product::Disassembly plan = product::take_apart(product);
   const product::Hierarchy hierarchy = product::hierarchy(product, plan);
   product::RobotPlan robot;
-  if (a.robot) robot = product::plan_robot(product, plan);
+  const product::CellFiles files = a.robot ? write_tried_cell(product, plan, hierarchy, a.directory, robot)
+                                           : product::write_cell(product, plan, hierarchy, a.directory);
   for (const std::string& note : robot.notes) std::cerr << "takt-from-cad: note: " << note << '\n';
-  const product::CellFiles files =
-      product::write_cell(product, plan, hierarchy, a.directory, robot.moves.empty() ? nullptr : &robot);
+  if (a.robot && robot.moves.empty())
+    std::cerr
+        << "takt-from-cad: note: the robot takes no part out of the product: there is no cell with a robot\n";
   const auto exploded = std::filesystem::path(a.directory) / "exploded.png";
   draw_exploded(product, product::explode(product, plan), exploded);
   for (const std::string& note : files.notes) std::cerr << "takt-from-cad: note: " << note << '\n';
