@@ -4,7 +4,6 @@
 #include <BRepAdaptor_Surface.hxx>
 #include <BRepGProp.hxx>
 #include <BRep_Tool.hxx>
-#include <Eigen/Eigenvalues>
 #include <GProp_GProps.hxx>
 #include <TopExp_Explorer.hxx>
 #include <TopoDS.hxx>
@@ -22,6 +21,7 @@
 #include "server/cad/vectors.h"
 #include "server/geometry/mesh/repair.h"
 #include "server/product/fill_holes.h"
+#include "server/product/mesh_faces.h"
 
 namespace takt::cad {
 
@@ -80,49 +80,6 @@ Face describe_surface(const TopoDS_Face& face) {
   return result;
 }
 
-/// The plane or cylinder that a face of another kind lies on, from its mesh, whose vertices lie on the surface.
-void recognise(const std::vector<Vec3>& vertices, const std::vector<Vec3>& normals, Face& face) {
-  constexpr double kFlat_m = 1e-6, kRound = 1e-4;
-  if (vertices.size() < 3) return;
-  Vec3 mean = Vec3::Zero();
-  Mat3 spread = Mat3::Zero();
-  for (const Vec3& n : normals) mean += n, spread += n * n.transpose();
-  const double total = spread.trace();
-  mean.normalize();
-  const auto off_plane = [&](const Vec3& v) { return std::abs((v - vertices[0]).dot(mean)) < kFlat_m; };
-  if (std::all_of(vertices.begin(), vertices.end(), off_plane)) {
-    face.kind = SurfaceKind::plane, face.point_B = vertices[0], face.axis_B = mean;
-    return;
-  }
-  const Eigen::SelfAdjointEigenSolver<Mat3> axes(spread);
-  if (axes.eigenvalues()(0) > 1e-5 * total || axes.eigenvalues()(1) < 1e-3 * total) return;
-  const Vec3 axis = axes.eigenvectors().col(0), x = axis.unitOrthogonal(), y = axis.cross(x);
-  // Least squares of u^2 + v^2 = 2 a u + 2 b v + c (Kasa 1976), from the first vertex for accuracy.
-  Mat3 A = Mat3::Zero();
-  Vec3 rhs = Vec3::Zero();
-  for (const Vec3& vertex : vertices) {
-    const Vec3 r = vertex - vertices[0];
-    const Vec3 row(2.0 * r.dot(x), 2.0 * r.dot(y), 1.0);
-    const double value = r.dot(x) * r.dot(x) + r.dot(y) * r.dot(y);
-    A += row * row.transpose();
-    rhs += value * row;
-  }
-  const Vec3 solution = A.ldlt().solve(rhs);
-  const double squared = solution.z() + solution.x() * solution.x() + solution.y() * solution.y();
-  if (!(squared > 0.0)) return;
-  const double radius = std::sqrt(squared);
-  for (const Vec3& vertex : vertices) {
-    const Vec3 r = vertex - vertices[0];
-    if (std::abs(std::hypot(r.dot(x) - solution.x(), r.dot(y) - solution.y()) - radius) >
-        std::max(kFlat_m, kRound * radius))
-      return;
-  }
-  face.kind = SurfaceKind::cylinder;
-  face.point_B = vertices[0] + solution.x() * x + solution.y() * y;
-  face.axis_B = axis;
-  face.radius_m = radius;
-}
-
 /// Exporters write planes and cylinders as splines, too.
 void recognise_faces(product::Body& body) {
   for (std::size_t f = 0; f < body.faces.size(); ++f) {
@@ -136,33 +93,7 @@ void recognise_faces(product::Body& body) {
                             .cross(body.mesh.vertices[t[2]] - body.mesh.vertices[t[0]]));
     }
     for (Vec3& n : normals) n = n.norm() > 0.0 ? Vec3(n.normalized()) : n;
-    recognise(vertices, normals, body.faces[f]);
-  }
-}
-
-/// Which way the material lies, and outward normals of planes, from the triangles of the faces (m).
-void orient_faces(product::Body& body) {
-  std::vector<Vec3> normals(body.faces.size(), Vec3::Zero());
-  std::vector<double> outwards(body.faces.size(), 0.0);
-  for (std::size_t i = 0; i < body.mesh.triangles.size(); ++i) {
-    const auto& t = body.mesh.triangles[i];
-    const Vec3 &a = body.mesh.vertices[t[0]], &b = body.mesh.vertices[t[1]], &c = body.mesh.vertices[t[2]];
-    const Vec3 n = (b - a).cross(c - a);
-    const auto f = static_cast<std::size_t>(body.triangle_faces[i]);
-    const Face& face = body.faces[f];
-    normals[f] += n;
-    Vec3 away = (a + b + c) / 3.0 - face.point_B;
-    if (face.kind != SurfaceKind::sphere) away -= away.dot(face.axis_B) * face.axis_B;
-    if (face.kind == SurfaceKind::torus) away -= face.radius_m * away.normalized();
-    outwards[f] += n.dot(away.normalized());
-  }
-  for (std::size_t f = 0; f < body.faces.size(); ++f) {
-    Face& face = body.faces[f];
-    if (face.kind == SurfaceKind::plane) {
-      if (normals[f].dot(face.axis_B) < 0.0) face.axis_B = -face.axis_B;
-    } else {
-      face.concave = outwards[f] < 0.0;
-    }
+    product::recognise(vertices, normals, body.faces[f]);
   }
 }
 
@@ -274,7 +205,7 @@ bool make_body(const TopoDS_Shape& given, double deflection_m, double angle_rad,
   if (sign < 0.0)
     for (auto& triangle : body.mesh.triangles) std::swap(triangle[1], triangle[2]);
   recognise_faces(body);
-  orient_faces(body);
+  product::orient_faces(body);
   const MeshCheck check = check_closed(body.mesh);
   if (!check.ok()) {
     RepairedMesh repaired = repair_mesh(body.mesh);

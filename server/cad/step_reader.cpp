@@ -39,6 +39,8 @@
 #include <iterator>
 #include <string_view>
 
+#include "server/cad/body_bytes.h"
+#include "server/cad/child_process.h"
 #include "server/cad/solid_mesh.h"
 #include "server/product/names.h"
 
@@ -48,6 +50,7 @@ namespace {
 
 using product::Body;
 using product::Instance;
+using product::is_generic;
 using product::Product;
 
 constexpr double kMm = 1e-3;
@@ -66,15 +69,6 @@ std::string entry_of(const TDF_Label& label) {
   TCollection_AsciiString entry;
   TDF_Tool::Entry(label, entry);
   return entry.ToCString();
-}
-
-/// Names that OpenCASCADE and exporters make up for uses of a part.
-bool is_generic(const std::string& name) {
-  if (name.empty() || name.starts_with("=>") || name == "NONE" || name == "PART" || name == "SOLID" ||
-      name == "COMPOUND")
-    return true;
-  return name.starts_with("NAUO") ||
-         std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
 }
 
 /// Entities of a STEP file by their numbers: how many, and the first of them.
@@ -295,14 +289,34 @@ class Reader {
     return made;
   }
 
-  /// A fault in one solid leaves the others.
+  /// A fault in one solid leaves the others: in a process of its own it may hang or crash.
   bool try_make_body(const TopoDS_Shape& solid, Body& body) {
+    constexpr char kMade = '1', kNone = '0';
+    const ChildResult result = run_in_child(
+        [&] {
+          Body made;
+          made.name = body.name;
+          std::vector<std::string> notes;
+          const bool whole = make_body_or_note(solid, made, notes);
+          return (whole ? kMade : kNone) + bytes_of(made, notes);
+        },
+        options_.time_limit_s);
+    if (!result.problem.empty()) {
+      product_.notes.push_back(body.name + ": OpenCASCADE does not mesh it (" + result.problem +
+                               "); the body is left out. --time-limit gives it more time");
+      return false;
+    }
+    take_bytes(result.bytes.substr(1), body, product_.notes);
+    return result.bytes.front() == kMade;
+  }
+
+  bool make_body_or_note(const TopoDS_Shape& solid, Body& body, std::vector<std::string>& notes) const {
     try {
       OCC_CATCH_SIGNALS
-      return make_body(solid, options_.deflection_m, options_.angular_deflection_rad, body, product_.notes);
+      return make_body(solid, options_.deflection_m, options_.angular_deflection_rad, body, notes);
     } catch (const Standard_Failure& failure) {
-      product_.notes.push_back(body.name + ": OpenCASCADE cannot mesh it (" + failure.GetMessageString() +
-                               "); the body is left out");
+      notes.push_back(body.name + ": OpenCASCADE cannot mesh it (" + failure.GetMessageString() +
+                      "); the body is left out");
       return false;
     }
   }

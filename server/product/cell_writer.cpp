@@ -111,8 +111,9 @@ class Writer {
     write(result_.scenario, [&](std::ostream& out) { scenario(out, name, nullptr); });
     if (robot_ != nullptr) {
       const std::string with_robot = name + "_robot";
-      write_robot(with_robot);
       result_.robot_scenario = directory_ / (with_robot + ".yaml");
+      result_.robot_program = directory_ / (with_robot + ".lua");
+      write_robot();
       write(result_.robot_scenario, [&](std::ostream& out) { scenario(out, with_robot, robot_); });
     }
     return std::move(result_);
@@ -141,7 +142,7 @@ class Writer {
   }
 
   void write_support() {
-    const Support support = support_of(placed_, plan_);
+    const Support support = support_of(product_, placed_, plan_);
     const auto& boxes = support.boxes;
     posts_ = boxes.size() - 1;
     std::size_t base = 1;
@@ -149,13 +150,14 @@ class Writer {
       for (std::size_t i = 0; i < boxes.size(); ++i)
         write_object(out, i == 0 ? "plate" : "post_" + std::to_string(i), boxes[i], base);
     });
-    if (support.floor_m < placed_[plan_.base].box.lower.z() - 1e-6 && posts_ == 0)
-      result_.notes.push_back("no place under " + product_.instances[plan_.base].name +
-                              " is free for a post of the support; place it on a Ground of your own");
+    for (const std::size_t i : support.unheld)
+      result_.notes.push_back(
+          "nothing holds " + product_.instances[i].name +
+          ": no place under it is free for a post of the support; place it on a Ground of your own");
   }
 
   /// A pad of the jaw on the +y side, and the body, both from the flange on; the tool is twice as long as its fingers.
-  void write_robot(const std::string& name) {
+  void write_robot() {
     const GripperSize& g = robot_->gripper;
     const double w = 0.5 * g.finger_width_m, l = g.finger_length_m;
     write_mesh(directory_ / "meshes" / "gripper_jaw.obj", "jaw",
@@ -165,7 +167,7 @@ class Writer {
                box_mesh(Vec3(-2.0 * w, -half, 0.0), Vec3(2.0 * w, half, l)));
     write_mesh(directory_ / "meshes" / "Tray.obj", "tray", box_mesh(robot_->tray_lower, robot_->tray_upper));
     write(directory_ / "gantry.urdf", [&](std::ostream& out) { out << robot_description(*robot_); });
-    write(directory_ / (name + ".lua"), [&](std::ostream& out) { out << robot_program(product_, *robot_); });
+    write(result_.robot_program, [&](std::ostream& out) { out << robot_program(product_, *robot_); });
   }
 
   void robot_sections(std::ostream& out, const std::string& name) const {
@@ -229,7 +231,8 @@ class Writer {
     for (std::size_t i = 0; i < product_.instances.size(); ++i) part(out, i);
     out << "\ngrounds:\n  Support: {mesh: meshes/Support.obj, convex: objects}   # assumed: a plate"
         << (posts_ > 0 ? " with " + std::to_string(posts_) + " posts" : "") << " under "
-        << product_.instances[plan_.base].name << "\n";
+        << product_.instances[plan_.base].name
+        << (numbers_.floating.empty() ? "\n" : " and parts without contacts to it\n");
     if (robot != nullptr) robot_sections(out, name);
     if (!product_.contacts.empty()) {
       out << "\n# What touches what:\n";
@@ -239,10 +242,15 @@ class Writer {
     order(out);
     out << "\n# Where the parts are at the end: "
         << (robot != nullptr ? "the robot puts each one back" : "nothing moves the product")
-        << ".\nexpected:\n  tolerance_m: "
-           "0.0005\n  parts:\n";
+        << ".\nexpected:\n  tolerance_m: " << number_text(kPlaceTolerance_m) << "\n  parts:\n";
     for (const Instance& instance : product_.instances)
       out << "    " << instance.name << ": {" << pose(instance.X_WB) << "}\n";
+    if (robot == nullptr) return;
+    out << "\n# Exit code 3 of takt-run where one is not.\nassertions:\n";
+    for (const Instance& instance : product_.instances)
+      out << "  " << instance.name << " is in its place: {check: pose, part: " << instance.name
+          << ", pose: {position_m: " << list(instance.X_WB.p)
+          << "}, tolerance_m: " << number_text(kPlaceTolerance_m) << "}\n";
   }
 
   static std::string pose(const Pose& X) {
@@ -334,7 +342,7 @@ class Writer {
     }
     for (const std::size_t i : numbers_.floating)
       out << "#   " << product_.instances[i].name
-          << " touches no part that leaves later: at level 1 nothing holds it.\n";
+          << " touches no part that leaves later: at level 1 the support holds it, or nothing.\n";
   }
 
   const Product& product_;

@@ -4,6 +4,17 @@
 
 namespace takt::product {
 
+void clip(Polygon& polygon, const Vec3& n, double offset) {
+  Polygon result;
+  for (std::size_t k = 0; k < polygon.size(); ++k) {
+    const Vec3 &p = polygon[k], &q = polygon[(k + 1) % polygon.size()];
+    const double a = n.dot(p) - offset, b = n.dot(q) - offset;
+    if (a <= 0.0) result.push_back(p);
+    if ((a < 0.0 && b > 0.0) || (a > 0.0 && b < 0.0)) result.push_back(p + a / (a - b) * (q - p));
+  }
+  polygon = std::move(result);
+}
+
 std::vector<PlacedInstance> place(const Product& product) {
   std::vector<PlacedInstance> placed;
   for (const Instance& instance : product.instances) {

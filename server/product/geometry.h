@@ -15,6 +15,10 @@ inline Vec3 normal_of(const Triangle& t) {
   return (t[1] - t[0]).cross(t[2] - t[0]);
 }  ///< twice the area long
 
+using Polygon = std::vector<Vec3>;
+/// Keeps the part of a convex polygon with n . p <= offset.
+void clip(Polygon& polygon, const Vec3& n, double offset);
+
 /// A face where its instance is.
 struct PlacedFace {
   Face face;  ///< axis and point in the world

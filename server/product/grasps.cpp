@@ -15,20 +15,6 @@ constexpr double kMargin_m = 2e-4;  ///< between gripper and other parts
 constexpr double kSmallest_m = 1e-9;
 constexpr int kSteps = 24;  ///< places on the way out at which the tool is looked at
 
-using Polygon = std::vector<Vec3>;
-
-/// The part of a polygon with n . p <= offset.
-void clip(Polygon& polygon, const Vec3& n, double offset) {
-  Polygon result;
-  for (std::size_t k = 0; k < polygon.size(); ++k) {
-    const Vec3 &p = polygon[k], &q = polygon[(k + 1) % polygon.size()];
-    const double a = n.dot(p) - offset, b = n.dot(q) - offset;
-    if (a <= 0.0) result.push_back(p);
-    if ((a < 0.0 && b > 0.0) || (a > 0.0 && b < 0.0)) result.push_back(p + a / (a - b) * (q - p));
-  }
-  polygon = std::move(result);
-}
-
 double area(const Polygon& polygon) {
   Vec3 sum = Vec3::Zero();
   for (std::size_t k = 2; k < polygon.size(); ++k)
@@ -63,6 +49,32 @@ Aabb TurnedBox::box() const {
                             (corner & 2) != 0 ? upper.y() : lower.y(),
                             (corner & 4) != 0 ? upper.z() : lower.z()));
   return builder.box;
+}
+
+/// The support stands in the way of what leaves, straight out and then up.
+bool GraspSearch::meets_support(const Removing& removing) const {
+  const bool rises =
+      removing.direction.z() > -kParallel;  // else the tool carries it aside (obstacle_on_the_way)
+  const Vec3 margin = Vec3::Constant(kMargin_m);
+  for (const PlacedInstance& post : around_.fixed) {
+    const TurnedBox box{Mat3::Identity(), post.box.lower + margin, post.box.upper - margin};
+    for (const std::size_t i : removing.moving) {
+      const PlacedInstance& part = around_.now[i];
+      for (int k = 1; k <= kSteps; ++k) {
+        const Vec3 by = removing.way_m * k / kSteps * removing.direction;
+        const Aabb there{part.box.lower + by, part.box.upper + by};
+        const bool beside = ((there.lower - box.upper).head<2>().array() > 0.0).any() ||
+                            ((box.lower - there.upper).head<2>().array() > 0.0).any();
+        if (beside || box.upper.z() < there.lower.z()) continue;
+        if (rises && k == kSteps) return true;
+        if (std::any_of(part.triangles.begin(), part.triangles.end(), [&](const Triangle& t) {
+              return box.meets({t[0] + by, t[1] + by, t[2] + by});
+            }))
+          return true;
+      }
+    }
+  }
+  return false;
 }
 
 /// Directions in which the jaws can close on opposite faces, across `out`.
@@ -193,6 +205,10 @@ std::string GraspSearch::obstacle_on_the_way(const Grasp& grasp, const Removing&
 }
 
 std::optional<Grasp> GraspSearch::by_fingers(const Removing& removing) {
+  if (meets_support(removing)) {
+    reason_ = "it meets the support on its way out";
+    return std::nullopt;
+  }
   const Vec3& d = removing.direction;
   std::vector<Vec3> sides;
   if (d.z() > -0.5) sides.push_back(d);
@@ -234,6 +250,7 @@ std::optional<Grasp> GraspSearch::by_fingers(const Removing& removing) {
 }
 
 std::optional<Grasp> GraspSearch::by_cup(const Removing& removing) {
+  if (meets_support(removing)) return std::nullopt;
   const double radius = 0.5 * gripper_.cup_diameter_m;
   const Pose& moved = around_.moved[removing.held];
   const Aabb& box = around_.now[removing.held].box;

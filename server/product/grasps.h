@@ -65,6 +65,7 @@ class GraspSearch {
                                double at);
   std::vector<TurnedBox> tool_boxes(const Grasp& grasp, const Vec3& by, double longer) const;
   std::string obstacle(const std::vector<TurnedBox>& boxes, const std::set<std::size_t>& without) const;
+  bool meets_support(const Removing& removing) const;
   std::string obstacle_on_the_way(const Grasp& grasp, const Removing& removing) const;
 
   const Surroundings& around_;

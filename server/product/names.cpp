@@ -1,5 +1,6 @@
 #include "server/product/names.h"
 
+#include <algorithm>
 #include <array>
 #include <cctype>
 #include <set>
@@ -57,6 +58,14 @@ std::string key_of(const std::string& name) {
     key = "Part" + (key.empty() ? "" : "_" + key);
   constexpr std::size_t kLongest = 60;
   return key.substr(0, kLongest);
+}
+
+bool is_generic(const std::string& name) {
+  if (name.empty() || name.starts_with("=>") || name == "NONE" || name == "PART" || name == "SOLID" ||
+      name == "COMPOUND")
+    return true;
+  return name.starts_with("NAUO") ||
+         std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
 }
 
 void make_names_unique(std::vector<Instance>& instances) {

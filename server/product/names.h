@@ -11,6 +11,9 @@ namespace takt::product {
 /// A name as a key of a scenario: letters, digits and `_`, beginning with a letter.
 std::string key_of(const std::string& name);
 
+/// Names that programs make up for uses of a part: empty, a number, NAUO1, =>[0:1:1:3] and the like.
+bool is_generic(const std::string& name);
+
 /// Appends _2, _3 and so on to names that are there already.
 void make_names_unique(std::vector<Instance>& instances);
 

@@ -42,8 +42,13 @@ Pose moved(const Pose& pose, const Vec3& by) {
 
 class Planner {
  public:
-  Planner(const Product& product, const Disassembly& plan, double cup_diameter_m)
-      : product_(product), plan_(plan), removal_(product), group_(product.instances.size(), 0) {
+  Planner(const Product& product, const Disassembly& plan, const std::map<std::size_t, std::string>& refused,
+          double cup_diameter_m)
+      : product_(product),
+        plan_(plan),
+        refused_(refused),
+        removal_(product),
+        group_(product.instances.size(), 0) {
     around_.original = around_.now = place(product);
     around_.moved.resize(product.instances.size());
     for (const Instance& instance : product.instances) around_.names.push_back(instance.name);
@@ -57,7 +62,8 @@ class Planner {
     size_gripper();
     const Vec3 size = whole_.box.upper - whole_.box.lower;
     const double reach = result_.gripper.finger_length_m;
-    const Support support = support_of(around_.now, plan_);
+    const Support support = support_of(product_, around_.now, plan_);
+    unheld_.insert(support.unheld.begin(), support.unheld.end());
     for (const TriangleMesh& mesh : support.boxes) around_.fixed.push_back(placed(mesh));
     floor_ = around_.floor_m = support.floor_m;
     around_.reach_m = size.norm();
@@ -159,7 +165,16 @@ class Planner {
 
   /// Makes the removal unless what stays hinders it. Returns the reason if it is not possible, else an empty text.
   std::string make(const RemovalStep& step) {
-    std::string why = obstacle_of_order(step);
+    std::string why;
+    for (const std::size_t i : step.parts) {
+      const auto refused = refused_.find(i);
+      if (refused != refused_.end()) why = refused->second;
+    }
+    for (const std::size_t i : step.parts)
+      if (unheld_.contains(i))
+        why = "nothing holds " + around_.names[i] +
+              ": no contacts join it to the base, and no place under it is free for a post";
+    if (why.empty()) why = obstacle_of_order(step);
     if (why.empty()) why = try_to_make(step);
     for (const std::size_t i : step.parts) {
       if (why.empty())
@@ -299,12 +314,14 @@ class Planner {
 
   const Product& product_;
   const Disassembly& plan_;
+  const std::map<std::size_t, std::string>& refused_;
   Removal removal_;
   Surroundings around_;
   std::vector<std::size_t>
       group_;  ///< by instance: 0 in the product, else the move that brought it onto the tray
   std::vector<std::size_t> leaves_;  ///< by instance: place in the order of disassembly
   std::set<std::size_t> stays_;      ///< parts that the robot could not remove
+  std::set<std::size_t> unheld_;     ///< parts that nothing holds in the product
   double wanted_cup_m_ = 0.0;
   BoxBuilder whole_;
   double floor_ = 0.0, safe_ = 0.0, gap_ = 0.0, row_x_ = 0.0, row_y_ = 0.0, row_end_ = 0.0, row_width_ = 0.0;
@@ -320,11 +337,12 @@ Pose cup_mount(const GripperSize& gripper) {
   return X_GH;
 }
 
-RobotPlan plan_robot(const Product& product, const Disassembly& plan) {
+RobotPlan plan_robot(const Product& product, const Disassembly& plan,
+                     const std::map<std::size_t, std::string>& refused) {
   // The cup follows the heaviest of the parts that need it; a larger one may bring others within reach.
   double cup_m = 0.0;
   while (true) {
-    Planner planner(product, plan, cup_m);
+    Planner planner(product, plan, refused, cup_m);
     RobotPlan result = planner.run();
     if (planner.wanted_cup_m() <= cup_m) {
       const bool used = std::any_of(result.moves.begin(), result.moves.end(),

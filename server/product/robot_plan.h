@@ -1,5 +1,6 @@
 #pragma once
 // How a robot with a parallel gripper takes a product apart and puts it together again.
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -50,8 +51,9 @@ struct RobotPlan {
 /// Follows the order of disassembly. Fingers hold a part on opposite faces within the stroke; gripper and support are free
 /// of each other and of all other parts on the way to it and out of the product. A part without such faces is lifted by a
 /// suction cup from above. A part that finds neither stays, and the others leave where it neither is in their way nor falls.
-/// A part is put down with the side up at which it is gripped.
-RobotPlan plan_robot(const Product& product, const Disassembly& plan);
+/// A part is put down with the side up at which it is gripped. `refused` parts stay, each for its reason (one phrase).
+RobotPlan plan_robot(const Product& product, const Disassembly& plan,
+                     const std::map<std::size_t, std::string>& refused = {});
 
 /// The program in Lua: all moves, then all of them backwards.
 std::string robot_program(const Product& product, const RobotPlan& plan);

@@ -1,28 +1,167 @@
 #include "server/product/support.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <set>
 
 namespace takt::product {
 
-Support support_of(const std::vector<PlacedInstance>& placed, const Disassembly& plan) {
-  double lowest = std::numeric_limits<double>::infinity();
-  BoxBuilder all;
-  for (const PlacedInstance& instance : placed) {
-    lowest = std::min(lowest, instance.box.lower.z());
-    all.add(instance.box.lower), all.add(instance.box.upper);
+namespace {
+
+constexpr double kSame_m = 1e-6;
+constexpr double kNothing = std::numeric_limits<double>::infinity();
+
+/// Squares under a part, seen from below.
+class Grid {
+ public:
+  static constexpr int kCells = 24;
+
+  explicit Grid(const Aabb& box)
+      : from_(box.lower), size_((box.upper - box.lower).cwiseMax(kSame_m) / kCells) {}
+
+  static std::size_t count() { return static_cast<std::size_t>(kCells) * kCells; }
+  Vec3 lower(std::size_t cell) const {
+    const auto i = static_cast<double>(cell / kCells), j = static_cast<double>(cell % kCells);
+    return {from_.x() + i * size_.x(), from_.y() + j * size_.y(), 0.0};
   }
-  const PlacedInstance& body = placed[plan.base];
-  const Vec3 size = all.box.upper - all.box.lower;
-  const double margin = 0.1 * std::max(size.x(), size.y()),
-               thickness = 0.05 * std::max({size.x(), size.y(), size.z()});
-  constexpr double kSame_m = 1e-6;
-  const auto plate = [&](double top) {
-    return box_mesh(Vec3(all.box.lower.x() - margin, all.box.lower.y() - margin, top - thickness),
-                    Vec3(all.box.upper.x() + margin, all.box.upper.y() + margin, top));
+  Vec3 size() const { return {size_.x(), size_.y(), 0.0}; }
+
+  /// By cell: the lowest point of the part there.
+  std::vector<double> lowest(const PlacedInstance& part) const {
+    std::vector<double> result(count(), kNothing);
+    for (const Triangle& t : part.triangles) {
+      const Vec3 low = t[0].cwiseMin(t[1]).cwiseMin(t[2]), high = t[0].cwiseMax(t[1]).cwiseMax(t[2]);
+      const auto [i0, i1] = range(low.x(), high.x(), 0);
+      const auto [j0, j1] = range(low.y(), high.y(), 1);
+      for (int i = i0; i <= i1; ++i)
+        for (int j = j0; j <= j1; ++j) {
+          const auto cell = static_cast<std::size_t>(i * kCells + j);
+          if (low.z() >= result[cell]) continue;
+          const Vec3 a = lower(cell), b = a + size();
+          Polygon polygon(t.begin(), t.end());
+          clip(polygon, Vec3::UnitX(), b.x());
+          clip(polygon, -Vec3::UnitX(), -a.x());
+          clip(polygon, Vec3::UnitY(), b.y());
+          clip(polygon, -Vec3::UnitY(), -a.y());
+          for (const Vec3& p : polygon) result[cell] = std::min(result[cell], p.z());
+        }
+    }
+    return result;
+  }
+
+  /// By cell: the part has a horizontal face there at its lowest point, in the middle and, if `whole`, in the corners.
+  std::vector<bool> flat(const PlacedInstance& part, const std::vector<double>& lowest, bool whole) const {
+    std::vector<int> covered(count(), 0);
+    constexpr std::array<std::array<double, 2>, 5> kPlaces{
+        {{0.5, 0.5}, {0.02, 0.02}, {0.02, 0.98}, {0.98, 0.02}, {0.98, 0.98}}};
+    for (const Triangle& t : part.triangles) {
+      const Vec3 n = normal_of(t);
+      if (n.z() > -0.999 * n.norm()) continue;
+      const Vec3 low = t[0].cwiseMin(t[1]).cwiseMin(t[2]), high = t[0].cwiseMax(t[1]).cwiseMax(t[2]);
+      const auto [i0, i1] = range(low.x(), high.x(), 0);
+      const auto [j0, j1] = range(low.y(), high.y(), 1);
+      for (int i = i0; i <= i1; ++i)
+        for (int j = j0; j <= j1; ++j) {
+          const auto cell = static_cast<std::size_t>(i * kCells + j);
+          if (std::abs(low.z() - lowest[cell]) > kSame_m || high.z() - low.z() > kSame_m) continue;
+          for (std::size_t k = 0; k < (whole ? kPlaces.size() : 1); ++k)
+            if (covers(t, lower(cell).x() + kPlaces[k][0] * size_.x(),
+                       lower(cell).y() + kPlaces[k][1] * size_.y(), -1.0))
+              covered[cell] |= 1 << k;
+        }
+    }
+    std::vector<bool> result;
+    for (const int places : covered) result.push_back(places == (whole ? 31 : 1));
+    return result;
+  }
+
+ private:
+  std::pair<int, int> range(double low, double high, int axis) const {
+    const auto cell = [&](double x) {
+      return static_cast<int>(std::clamp(std::floor((x - from_[axis]) / size_[axis]), -1.0, 1.0 * kCells));
+    };
+    return {std::max(cell(low), 0), std::min(cell(high), kCells - 1)};
+  }
+
+  Vec3 from_, size_;
+};
+
+struct Place {
+  Vec3 lower, upper;  ///< of the top of a post
+};
+
+/// Where posts can carry a part: free below, on the lowest flat face that there is; else below its lowest free point.
+std::vector<Place> places_under(const std::vector<PlacedInstance>& placed, std::size_t part) {
+  const PlacedInstance& body = placed[part];
+  const Grid grid(body.box);
+  const std::vector<double> top = grid.lowest(body);
+  std::vector<double> others(Grid::count(), kNothing);
+  for (std::size_t other = 0; other < placed.size(); ++other) {
+    const Aabb& b = placed[other].box;
+    if (other == part || b.lower.z() > body.box.upper.z() ||
+        ((b.lower - body.box.upper).head<2>().array() > 0.0).any() ||
+        ((body.box.lower - b.upper).head<2>().array() > 0.0).any())
+      continue;
+    const std::vector<double> lowest = grid.lowest(placed[other]);
+    for (std::size_t c = 0; c < lowest.size(); ++c) others[c] = std::min(others[c], lowest[c]);
+  }
+  const auto place = [&](std::size_t c) {
+    Place result{grid.lower(c), grid.lower(c) + grid.size()};
+    result.lower.z() = result.upper.z() = top[c];
+    return result;
   };
+  const auto free = [&](std::size_t c) { return top[c] < kNothing && others[c] > top[c] + kSame_m; };
+  for (const bool whole : {true, false}) {
+    const std::vector<bool> flat = grid.flat(body, top, whole);
+    std::vector<std::size_t> cells;
+    double lowest = kNothing;
+    for (std::size_t c = 0; c < flat.size(); ++c)
+      if (flat[c] && free(c)) lowest = std::min(lowest, top[c]);
+    for (std::size_t c = 0; c < flat.size(); ++c)
+      if (flat[c] && free(c) && top[c] - lowest < kSame_m) cells.push_back(c);
+    if (cells.empty()) continue;
+    // The four places that lie furthest out along the diagonals carry it.
+    std::set<std::size_t> chosen;
+    for (const double sx : {-1.0, 1.0})
+      for (const double sy : {-1.0, 1.0})
+        chosen.insert(*std::max_element(cells.begin(), cells.end(), [&](std::size_t a, std::size_t b) {
+          const Vec3 from = grid.lower(a), to = grid.lower(b);
+          return sx * from.x() + sy * from.y() < sx * to.x() + sy * to.y();
+        }));
+    std::vector<Place> result;
+    for (const std::size_t c : chosen) result.push_back(place(c));
+    return result;
+  }
+  std::size_t best = Grid::count();
+  for (std::size_t c = 0; c < top.size(); ++c)
+    if (free(c) && (best == Grid::count() || top[c] < top[best] - kSame_m)) best = c;
+  if (best == Grid::count()) return {};
+  return {place(best)};
+}
+
+/// By instance: a number that those have in common which a chain of contacts joins.
+std::vector<std::size_t> chains(const Product& product) {
+  std::vector<std::size_t> chain(product.instances.size());
+  std::iota(chain.begin(), chain.end(), std::size_t{0});
+  for (const Contact& contact : product.contacts) {
+    const std::size_t from = chain[contact.first], to = chain[contact.second];
+    std::replace(chain.begin(), chain.end(), from, to);
+  }
+  return chain;
+}
+
+}  // namespace
+
+Support support_of(const Product& product, const std::vector<PlacedInstance>& placed,
+                   const Disassembly& plan) {
+  BoxBuilder all;
+  for (const PlacedInstance& instance : placed) all.add(instance.box.lower), all.add(instance.box.upper);
+  const double lowest = all.box.lower.z();
+  const Vec3 size = all.box.upper - all.box.lower;
+  const double margin = 0.1 * std::max(size.x(), size.y()), thickness = 0.05 * size.maxCoeff();
   // Room for the tallest group that leaves downwards.
   double room = 0.0;
   for (const RemovalStep& step : plan.steps) {
@@ -31,49 +170,33 @@ Support support_of(const std::vector<PlacedInstance>& placed, const Disassembly&
     for (const std::size_t i : step.parts) group.add(placed[i].box.lower), group.add(placed[i].box.upper);
     room = std::max(room, group.box.upper.z() - group.box.lower.z());
   }
-  const bool lowest_of_all = body.box.lower.z() - lowest < kSame_m;
-  if (lowest_of_all && room == 0.0) return {{plate(lowest)}, lowest};
-  // Columns of a grid in which the base's lower side is flat, at its lowest height, and free below.
-  const double floor_m = lowest - 0.25 * size.z() - 2.0 * room;
-  std::vector<TriangleMesh> boxes{plate(floor_m)};
-  constexpr int kCells = 24;
-  const Vec3 from = body.box.lower, extent = body.box.upper - body.box.lower;
-  std::vector<Vec3> places;
-  const Vec3 cell(extent.x() / kCells, extent.y() / kCells, 0.0);
-  for (int i = 0; i < kCells; ++i) {
-    for (int j = 0; j < kCells; ++j) {
-      const Vec3 lower(from.x() + i * cell.x(), from.y() + j * cell.y(), 0.0), upper = lower + cell;
-      bool touches = false, free = true;
-      for (const Triangle& t : body.triangles) {
-        const Vec3 n = normal_of(t);
-        if (n.z() > -0.999 * n.norm()) continue;
-        const bool flat = std::abs(t[0].z() - from.z()) < kSame_m;
-        const Vec3 middle = 0.5 * (lower + upper);
-        touches = touches || (flat && covers(t, middle.x(), middle.y(), -1.0));
-      }
-      for (std::size_t other = 0; touches && free && other < placed.size(); ++other) {
-        if (other == plan.base || placed[other].box.lower.z() > from.z()) continue;
-        const Aabb& b = placed[other].box;
-        free = b.upper.x() < lower.x() || b.lower.x() > upper.x() || b.upper.y() < lower.y() ||
-               b.lower.y() > upper.y();
-      }
-      if (touches && free) places.push_back(0.5 * (lower + upper));
-    }
+  Support result;
+  std::vector<Place> posts;
+  const auto is_lowest = [&](std::size_t i) { return placed[i].box.lower.z() - lowest < kSame_m; };
+  const auto carry = [&](std::size_t i) {
+    const std::vector<Place> places = places_under(placed, i);
+    posts.insert(posts.end(), places.begin(), places.end());
+    return !places.empty();
+  };
+  const bool on_plate = is_lowest(plan.base) && (room == 0.0 || !carry(plan.base));
+  if (!on_plate && posts.empty() && !carry(plan.base)) result.unheld.push_back(plan.base);
+  const std::vector<std::size_t> chain = chains(product);
+  std::set<std::size_t> fallen;  // chains
+  for (const std::size_t i : hierarchy(product, plan).floating)
+    if (chain[i] != chain[plan.base] && !(on_plate && is_lowest(i)) && !carry(i)) fallen.insert(chain[i]);
+  for (std::size_t i = 0; i < chain.size(); ++i)
+    if (fallen.contains(chain[i])) result.unheld.push_back(i);
+  result.floor_m = on_plate ? lowest : lowest - 0.25 * size.z() - 2.0 * room;
+  const Vec3 beside(margin, margin, 0.0);
+  Vec3 lower = all.box.lower - beside, upper = all.box.upper + beside;
+  lower.z() = result.floor_m - thickness, upper.z() = result.floor_m;
+  result.boxes.push_back(box_mesh(lower, upper));
+  for (const Place& post : posts) {
+    Vec3 foot = post.lower;
+    foot.z() = result.floor_m;
+    if (post.upper.z() - foot.z() > kSame_m) result.boxes.push_back(box_mesh(foot, post.upper));
   }
-  if (places.empty()) return lowest_of_all ? Support{{plate(lowest)}, lowest} : Support{boxes, floor_m};
-  // The four places that lie furthest out along the diagonals carry it.
-  std::set<std::size_t> chosen;
-  for (const double sx : {-1.0, 1.0})
-    for (const double sy : {-1.0, 1.0}) {
-      std::size_t best = 0;
-      for (std::size_t k = 1; k < places.size(); ++k)
-        if (sx * places[k].x() + sy * places[k].y() > sx * places[best].x() + sy * places[best].y()) best = k;
-      chosen.insert(best);
-    }
-  for (const std::size_t k : chosen)
-    boxes.push_back(box_mesh(Vec3(places[k].x() - 0.5 * cell.x(), places[k].y() - 0.5 * cell.y(), floor_m),
-                             Vec3(places[k].x() + 0.5 * cell.x(), places[k].y() + 0.5 * cell.y(), from.z())));
-  return {boxes, floor_m};
+  return result;
 }
 
 }  // namespace takt::product

@@ -1,5 +1,5 @@
 #pragma once
-// What the base of a product stands on: boxes of a Ground.
+// What a product stands on: boxes of a Ground.
 #include <vector>
 
 #include "server/product/disassembly.h"
@@ -10,10 +10,14 @@ namespace takt::product {
 struct Support {
   std::vector<TriangleMesh> boxes;  ///< a plate, then its posts
   double floor_m = 0.0;             ///< top of the plate
+  std::vector<std::size_t> unheld;  ///< the base, and instances of other chains, that it cannot carry
 };
 
-/// A plate under all, and posts below the base where other parts reach further down or leave downwards: where the base is
-/// what a look from below meets first. Without such a place the plate is alone.
-Support support_of(const std::vector<PlacedInstance>& placed, const Disassembly& plan);
+/// A plate under all, and posts below the base where other parts reach further down or leave downwards. Parts that no chain
+/// of contacts joins to the base stand on the plate or on posts, too: of those that touch each other, the ones that leave
+/// last. A post is where the part is what a look from below meets first: at its lowest flat face there, else at its lowest
+/// point there. A base that is lowest stands on the plate if no post can carry it.
+Support support_of(const Product& product, const std::vector<PlacedInstance>& placed,
+                   const Disassembly& plan);
 
 }  // namespace takt::product

@@ -3,14 +3,18 @@
 #include <BRepAlgoAPI_Cut.hxx>
 #include <BRepAlgoAPI_Fuse.hxx>
 #include <BRepBuilderAPI_Transform.hxx>
+#include <BRepMesh_IncrementalMesh.hxx>
 #include <BRepPrimAPI_MakeBox.hxx>
 #include <BRepPrimAPI_MakeCylinder.hxx>
 #include <Interface_Static.hxx>
 #include <Message.hxx>
 #include <Message_Messenger.hxx>
 #include <Quantity_Color.hxx>
+#include <RWGltf_CafWriter.hxx>
 #include <STEPCAFControl_Writer.hxx>
+#include <TColStd_IndexedDataMapOfStringString.hxx>
 #include <TCollection_HAsciiString.hxx>
+#include <TDF_LabelSequence.hxx>
 #include <TDataStd_Name.hxx>
 #include <TDocStd_Document.hxx>
 #include <XCAFApp_Application.hxx>
@@ -65,6 +69,18 @@ class StepProduct {
     writer.Write(file.c_str());
     Interface_Static::SetCVal("write.step.unit", "MM");
   }
+  /// Facets are within 0.1 mm and 0.2 rad of the surface, y is up, lengths are in m.
+  void write_glb(const std::filesystem::path& file) {
+    shapes_->UpdateAssemblies();
+    TDF_LabelSequence roots;
+    shapes_->GetFreeShapes(roots);
+    for (int i = 1; i <= roots.Length(); ++i)
+      BRepMesh_IncrementalMesh(XCAFDoc_ShapeTool::GetShape(roots.Value(i)), 0.1, false, 0.2, false);
+    RWGltf_CafWriter writer(file.c_str(), true);
+    writer.ChangeCoordinateSystemConverter().SetInputLengthUnit(0.001);
+    writer.ChangeCoordinateSystemConverter().SetInputCoordinateSystem(RWMesh_CoordinateSystem_Zup);
+    writer.Perform(document_, TColStd_IndexedDataMapOfStringString(), Message_ProgressRange());
+  }
   /// Each part in a file of its own beside `file`, whose names begin with `prefix`.
   void write_apart(const std::filesystem::path& file, const char* prefix) {
     shapes_->UpdateAssemblies();
@@ -81,6 +97,10 @@ class StepProduct {
 
 inline TopoDS_Shape box(double x, double y, double z) {
   return BRepPrimAPI_MakeBox(x, y, z).Shape();
+}
+
+inline TopoDS_Shape cylinder(double radius, double height) {
+  return BRepPrimAPI_MakeCylinder(radius, height).Shape();
 }
 
 inline gp_Trsf moved_by(double x, double y, double z) {

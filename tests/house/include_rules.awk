@@ -61,7 +61,7 @@ BEGIN {
   # Products of CAD files: what a product is and what follows from it; the reader of STEP files, which the server never links.
   may["server/product/"] = scenario " server/product/"
   may["server/cad/"] = geometry " server/product/ server/cad/"
-  may["server/tools/takt_from_cad/"] = scenario " server/product/ server/cad/ server/tools/takt_from_cad/ idl/command_line/ client_lib/render/"
+  may["server/tools/takt_from_cad/"] = scenario " server/product/ server/cad/ server/headless/ server/tools/takt_from_cad/ idl/command_line/ client_lib/render/"
 
   # FMUs behind the interface that devices know; their process has nothing of takt but the protocol.
   may["server/fmu/"] = simulation " server/fields/ server/devices/ server/fmu/"

@@ -122,6 +122,35 @@ TEST(RobotPlan, ASuctionCupLiftsWhatTheFingersCannotReach) {
   expect_round_trip(product, plan, robot);
 }
 
+TEST(RobotPlan, PartsThatTouchNothingStandOnPosts) {
+  // A shelf beside the base, and a bar on its edge, whose lowest place is a line.
+  Product product = product_of({{box_body("Base", {0.1, 0.1, 0.02}), {0, 0, 0.01}},
+                                {box_body("Shelf", {0.06, 0.03, 0.01}), {0.07, 0, 0.05}},
+                                {box_body("Bar", {0.02, 0.04, 0.02}), {-0.08, 0, 0.06}}});
+  product.instances[2].X_WB.R = Eigen::AngleAxisd(M_PI / 4, Vec3::UnitY()).toRotationMatrix();
+  product.contacts = find_contacts(product);
+  EXPECT_THAT(product.contacts, testing::IsEmpty());
+  const Disassembly plan = take_apart(product);
+  const RobotPlan robot = plan_robot(product, plan);
+  EXPECT_THAT(robot.notes, testing::IsEmpty());
+  EXPECT_THAT(names_of(robot), testing::UnorderedElementsAre("lift Shelf", "lift Bar"));
+  expect_round_trip(product, plan, robot);
+}
+
+TEST(RobotPlan, WhatNothingHoldsIsReported) {
+  Product product = product_of({{box_body("Base", {0.1, 0.1, 0.02}), {0, 0, 0.01}},
+                                {box_body("Above", {0.02, 0.03, 0.01}), {0, 0, 0.05}},
+                                {box_body("Beside", {0.02, 0.03, 0.01}), {0.03, 0, 0.025}}});
+  product.contacts = find_contacts(product);
+  const Disassembly plan = take_apart(product);
+  const RobotPlan robot = plan_robot(product, plan);
+  EXPECT_THAT(names_of(robot), ElementsAre("lift Beside"));
+  EXPECT_THAT(robot.notes, ElementsAre(HasSubstr("does not lift Above: nothing holds Above")));
+  test::TemporaryDirectory directory;
+  const CellFiles files = write_cell(product, plan, hierarchy(product, plan), directory / "cell", &robot);
+  EXPECT_THAT(files.notes, testing::Contains(HasSubstr("nothing holds Above: no place under it is free")));
+}
+
 TEST(RobotPlan, WhatFindsNoGraspStaysAndOthersLeave) {
   auto bodies = pit();
   Body ring = plate_with_hole("Ring", 0.05, 0.02, 0.022);
@@ -152,6 +181,7 @@ TEST(RobotPlan, WhatWouldFallKeepsWhatHoldsIt) {
   // A part whose faces are not known has no grasp.
   product.bodies[2].faces.clear();
   product.bodies[2].triangle_faces.assign(product.bodies[2].mesh.triangles.size(), -1);
+  product.contacts = find_contacts(product);
   Contact contact;
   contact.first = 1, contact.second = 2, contact.kind = ContactKind::plane;
   contact.normals_W = {Vec3::UnitZ()};

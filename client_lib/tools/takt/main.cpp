@@ -35,7 +35,7 @@ Examples:
   takt record run.mcap                   everything, until Ctrl-C; takt replay, export and plot read it
   takt record run.csv --duration 10      10 s of simulated time
   takt check scenario.yaml               compare with the positions the scenario expects at its end
-  takt from-cad gearbox.step -o gearbox  a STEP file as a cell
+  takt from-cad gearbox.step -o gearbox  a STEP or GLB file as a cell
   takt --cell line2 --domain 3 status    another cell (or: TAKT_CELL=line2 TAKT_DOMAIN=3 takt status)
 takt COMMAND --help shows examples of each command.
 
@@ -113,7 +113,7 @@ int run(int argc, char** argv) {
   add("signals", "every signal by its name: value, unit, direction, whether it is forced, its wire",
       [&] { return takt::tool::signals(common); });
 
-  app.add_subcommand("from-cad", "a STEP file as a cell: the program takt-from-cad")->callback([] {
+  app.add_subcommand("from-cad", "a STEP or GLB file as a cell: the program takt-from-cad")->callback([] {
     throw CLI::ValidationError(
         "from-cad", "options of takt before it have no effect; allowed: takt from-cad PRODUCT.step -o DIR");
   });

@@ -1,5 +1,6 @@
 #include "server/geometry/mesh/glb_check.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -119,7 +120,8 @@ class GlbDescription {
   }
 
   void read_nodes() {
-    for (const char* list : {"nodes", "meshes", "accessors", "bufferViews", "buffers", "scenes"}) {
+    for (const char* list :
+         {"nodes", "meshes", "accessors", "bufferViews", "buffers", "scenes", "materials"}) {
       const Json* items = member(document_, list);
       if (items != nullptr && !items->is_array()) throw MeshFault(std::string(list) + " is no list");
     }
@@ -128,6 +130,34 @@ class GlbDescription {
     for (const std::uint64_t node : references(scene, "nodes", "the scene")) read_node(node, "the scene");
   }
 
+ public:
+  GlbMaterial material_of(std::uint64_t mesh) const {
+    const Json* primitives = member(item("meshes", mesh, "a node"), "primitives");
+    if (primitives == nullptr || !primitives->is_array()) return {};
+    const std::string place = named("meshes", mesh);
+    for (const Json& primitive : *primitives) {
+      if (number_or(primitive, "mode", place, kTriangles) < kTriangles || !primitive.contains("material"))
+        continue;
+      const std::uint64_t index = number(primitive, "material", place);
+      const Json& material = item("materials", index, place);
+      GlbMaterial result{name_of(material), {}};
+      const Json* metallic = member(material, "pbrMetallicRoughness");
+      if (metallic == nullptr) return result;
+      const std::vector<double> linear =
+          numbers(*metallic, "baseColorFactor", 4, named("materials", index), {1.0, 1.0, 1.0, 1.0});
+      std::array<float, 4>& colour = result.colour.emplace();
+      for (std::size_t k = 0; k < 4; ++k) {
+        const double c = std::clamp(linear[k], 0.0, 1.0);
+        // IEC 61966-2-1; alpha is linear in both.
+        const double curved = c <= 0.0031308 ? 12.92 * c : 1.055 * std::pow(c, 1.0 / 2.4) - 0.055;
+        colour[k] = static_cast<float>(k == 3 ? c : curved);
+      }
+      return result;
+    }
+    return {};
+  }
+
+ private:
   static std::vector<std::uint64_t> references(const Json& object, const char* key,
                                                const std::string& place) {
     std::vector<std::uint64_t> numbers;
@@ -431,6 +461,18 @@ GlbDocument::~GlbDocument() = default;
 
 const GlbNodes& GlbDocument::nodes() const {
   return description_->nodes();
+}
+
+GlbMaterial GlbDocument::material_of(std::uint64_t mesh) const {
+  return description_->material_of(mesh);
+}
+
+CheckedGlb GlbDocument::checked_alone(std::size_t node) const {
+  CheckedGlb result;
+  result.first = node;
+  result.last = node + 1;
+  MeshSelection(*description_).read_meshes(result);
+  return result;
 }
 
 CheckedGlb GlbDocument::checked(const std::string& node) const {

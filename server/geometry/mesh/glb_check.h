@@ -1,8 +1,11 @@
 #pragma once
 // Checks a GLB file for assimp. assimp 5.2.5 follows a count of four billion for minutes and a chain of nodes
 // until the stack overflows; the check admits only files that assimp reads in bounded time and memory.
+#include <array>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "server/geometry/mesh/glb_nodes.h"
@@ -24,6 +27,12 @@ struct CheckedGlb {
   std::string first_passed_over;  ///< meshes[M].primitives[P]
 };
 
+/// What a mesh is made of, as far as the file says.
+struct GlbMaterial {
+  std::string name;                            ///< empty: none
+  std::optional<std::array<float, 4>> colour;  ///< red, green, blue, alpha from 0 to 1, as sRGB
+};
+
 class GlbDescription;
 
 /// The description of a file, parsed once. All calls throw MeshFault with the place (mesh, node, accessor) of an
@@ -38,6 +47,10 @@ class GlbDocument {
   /// The node of this name with the nodes below it (find_glb_node); without a name, the whole scene. Checks their
   /// meshes.
   CheckedGlb checked(const std::string& node = {}) const;
+  /// The node of this index alone.
+  CheckedGlb checked_alone(std::size_t node) const;
+  /// Of the mesh's first primitive with faces.
+  GlbMaterial material_of(std::uint64_t mesh) const;
 
  private:
   std::unique_ptr<const GlbDescription> description_;

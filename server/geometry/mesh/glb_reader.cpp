@@ -70,10 +70,7 @@ void add_nodes(const aiScene& scene, const aiNode& shown, const GlbNodes& nodes,
   for (unsigned i = 0; i < shown.mNumChildren; ++i) add_nodes(scene, *shown.mChildren[i], nodes, X, builder);
 }
 
-}  // namespace
-
-std::vector<NamedMesh> GlbFile::objects(const std::string& node) const {
-  const CheckedGlb glb = document_.checked(node);
+std::vector<NamedMesh> read(const CheckedGlb& glb, const GlbNodes& nodes, const std::vector<Affine>& X) {
   if (glb.bytes.empty()) return {};
   Assimp::Importer importer;
   const aiScene* scene =
@@ -81,7 +78,7 @@ std::vector<NamedMesh> GlbFile::objects(const std::string& node) const {
   if (scene == nullptr || scene->mRootNode == nullptr)
     throw MeshFault(std::string("it cannot be understood: ") + importer.GetErrorString());
   MeshBuilder builder;
-  add_nodes(*scene, *scene->mRootNode, nodes(), places(nodes(), glb, !node.empty()), builder);
+  add_nodes(*scene, *scene->mRootNode, nodes, X, builder);
   std::vector<NamedMesh> objects = builder.take_objects();
   if (glb.passed_over > 0 && !objects.empty())
     objects.front().findings.push_back(
@@ -90,6 +87,21 @@ std::vector<NamedMesh> GlbFile::objects(const std::string& node) const {
              " lines or points, which bound nothing, the first is " + glb.first_passed_over,
          std::string(remedy_of(MeshDiagnosticKind::no_faces))});
   return objects;
+}
+
+}  // namespace
+
+std::vector<NamedMesh> GlbFile::objects(const std::string& node) const {
+  const CheckedGlb glb = document_.checked(node);
+  return read(glb, nodes(), places(nodes(), glb, !node.empty()));
+}
+
+NamedMesh GlbFile::own_object(std::size_t node, const Affine& X) const {
+  std::vector<Affine> places(nodes().size());
+  places.at(node) = X;
+  std::vector<NamedMesh> objects = read(document_.checked_alone(node), nodes(), places);
+  if (!objects.empty()) return std::move(objects.front());
+  return {glb_node_path(nodes(), node), {}, {}};
 }
 
 std::vector<ColoredMesh> read_collada(const std::filesystem::path& file) {

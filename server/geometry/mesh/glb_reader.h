@@ -24,6 +24,12 @@ class GlbFile {
   /// single precision (shortest_decimals). Lines and points are passed over (NamedMesh::findings).
   std::vector<NamedMesh> objects(const std::string& node = {}) const;
 
+  /// The mesh of one node (index in nodes()) without those below it, in its own frame, stretched by X. Without faces
+  /// it has no triangles.
+  NamedMesh own_object(std::size_t node, const Affine& X) const;
+  /// Of a mesh of the file (GlbNode::mesh).
+  GlbMaterial material_of(std::uint64_t mesh) const { return document_.material_of(mesh); }
+
  private:
   GlbDocument document_;
 };

@@ -1,4 +1,4 @@
-// takt-from-cad: a STEP file as a running cell. Reads the product, finds what touches what, the order of disassembly and the
+// takt-from-cad: a STEP or GLB file as a running cell. Reads the product, finds what touches what, the order of disassembly and the
 // hierarchy, and writes meshes and a scenario.
 #include <CLI/CLI.hpp>
 #include <cstdio>
@@ -10,12 +10,15 @@
 #include <string>
 
 #include "idl/command_line/numbers.h"
+#include "idl/common/text.h"
 #include "server/cad/step_reader.h"
 #include "server/product/cell_writer.h"
 #include "server/product/contacts.h"
 #include "server/product/disassembly.h"
 #include "server/product/exploded_view.h"
+#include "server/product/glb_assembly.h"
 #include "server/tools/takt_from_cad/picture.h"
+#include "server/tools/takt_from_cad/robot_trial.h"
 
 namespace takt {
 namespace {
@@ -25,6 +28,8 @@ constexpr int kUsage = 2;
 struct Arguments {
   std::string file, directory, up = "z";
   double deflection_mm = 0.1, scale = 1.0;
+  bool deflection_given = false;
+  int time_limit_s = 60;
   std::vector<std::string> densities;
   bool json = false, list = false, robot = false;
 };
@@ -79,9 +84,9 @@ void note_size(product::Product& product) {
     for (const Vec3& v : product.bodies[instance.body].mesh.vertices)
       size = std::max(size, (instance.X_WB * v).cwiseAbs().maxCoeff());
   if (size > 3.0)
-    product.notes.push_back(
-        "a point of the product is " + std::to_string(size) +
-        " m from its origin: is the unit of the file right? --scale 0.03937 makes inches to mm");
+    product.notes.push_back("a point of the product is " + std::to_string(size) +
+                            " m from its origin: is the unit of the file right? --scale 0.001 makes m to mm, "
+                            "0.03937 inches to mm");
 }
 
 nlohmann::json description(const product::Product& product, const product::Disassembly* plan,
@@ -159,11 +164,27 @@ void print_parts(const product::Product& product, const product::Hierarchy* hier
   }
 }
 
-int run(const Arguments& a) {
+product::Product read(const Arguments& a) {
+  const std::string format = lower_text(std::filesystem::path(a.file).extension().string());
+  if (format == ".gltf")
+    throw std::runtime_error(a.file +
+                             ": found glTF in several files; allowed: GLB, which has all in one file, " +
+                             "or STEP. Export it as GLB");
+  if (format == ".glb") {
+    if (a.deflection_given)
+      throw std::runtime_error("--deflection: the meshes of " + a.file +
+                               " are what they are; leave the option out, or give a STEP file");
+    return product::read_glb_assembly(a.file, densities_of(a.densities));
+  }
   cad::StepOptions options;
   options.deflection_m = a.deflection_mm * 1e-3;
   options.densities = densities_of(a.densities);
-  product::Product product = cad::read_step(a.file, options);
+  options.time_limit_s = a.time_limit_s;
+  return cad::read_step(a.file, options);
+}
+
+int run(const Arguments& a) {
+  product::Product product = read(a);
   orient(product, a.up, a.scale);
   note_size(product);
   if (a.list) {
@@ -178,10 +199,12 @@ int run(const Arguments& a) {
   const product::Disassembly plan = product::take_apart(product);
   const product::Hierarchy hierarchy = product::hierarchy(product, plan);
   product::RobotPlan robot;
-  if (a.robot) robot = product::plan_robot(product, plan);
+  const product::CellFiles files = a.robot ? write_tried_cell(product, plan, hierarchy, a.directory, robot)
+                                           : product::write_cell(product, plan, hierarchy, a.directory);
   for (const std::string& note : robot.notes) std::cerr << "takt-from-cad: note: " << note << '\n';
-  const product::CellFiles files =
-      product::write_cell(product, plan, hierarchy, a.directory, robot.moves.empty() ? nullptr : &robot);
+  if (a.robot && robot.moves.empty())
+    std::cerr
+        << "takt-from-cad: note: the robot takes no part out of the product: there is no cell with a robot\n";
   const auto exploded = std::filesystem::path(a.directory) / "exploded.png";
   draw_exploded(product, product::explode(product, plan), exploded);
   for (const std::string& note : files.notes) std::cerr << "takt-from-cad: note: " << note << '\n';
@@ -219,22 +242,29 @@ int run(const Arguments& a) {
 
 int main_of(int argc, char** argv) {
   CLI::App app{
-      "Makes a cell from a STEP file: parts, meshes, contacts, hierarchy, order of disassembly, scenario."};
+      "Makes a cell from a STEP or GLB file: parts, meshes, contacts, hierarchy, order of disassembly, "
+      "scenario."};
   app.name("takt-from-cad");
   app.set_version_flag("--version", std::string(TAKT_VERSION));
   Arguments a;
-  app.add_option("PRODUCT", a.file, "STEP file (AP203, AP214, AP242)")->required();
+  app.add_option("PRODUCT", a.file, "STEP file (AP203, AP214, AP242), or GLB file with a node for each part")
+      ->required();
   auto* directory = app.add_option("-o,--output", a.directory, "directory for the scenario and its meshes");
   auto* list = app.add_flag("--list", a.list, "print the parts alone; write nothing");
   directory->excludes(list);
-  app.add_option("--deflection", a.deflection_mm, "largest distance of mesh and surface (mm)")
-      ->check(command_line::number_from(1e-4, 10.0))
-      ->capture_default_str();
+  auto* deflection = app.add_option("--deflection", a.deflection_mm,
+                                    "largest distance of mesh and surface of a STEP file (mm)");
+  deflection->check(command_line::number_from(1e-4, 10.0))->capture_default_str();
   app.add_option("--density", a.densities,
                  "density of a material or part; '*' for all that the file gives none")
       ->option_text("NAME=KG_PER_M3 ...")
       ->type_size(1)
       ->allow_extra_args(false);
+  app.add_option(
+         "--time-limit", a.time_limit_s,
+         "processor time for the mesh of one solid (s); one that takes longer is left out, with a note")
+      ->check(CLI::Range(1, 86400))
+      ->capture_default_str();
   app.add_option("--up", a.up, "axis of the product that points upwards in the cell")
       ->check(CLI::IsMember({"x", "-x", "y", "-y", "z", "-z"}))
       ->capture_default_str();
@@ -248,6 +278,7 @@ int main_of(int argc, char** argv) {
   app.footer("\nExample:\n  takt-from-cad gearbox.step -o gearbox && takt-run run gearbox/gearbox.yaml");
   try {
     app.parse(argc, argv);
+    a.deflection_given = deflection->count() > 0;
     if (!a.list && a.directory.empty()) throw CLI::RequiredError("-o,--output (or --list)");
     return run(a);
   } catch (const CLI::ParseError& error) {

@@ -1,0 +1,94 @@
+#include "server/tools/takt_from_cad/robot_trial.h"
+
+#include <algorithm>
+#include <exception>
+#include <map>
+
+#include "server/geometry/convex/decomposition_cache.h"
+#include "server/headless/headless_run.h"
+#include "server/scenario/scenario_builder.h"
+
+namespace takt {
+
+namespace {
+
+RobotTrial run_robot(const product::Product& product, const product::RobotPlan& plan,
+                     const product::CellFiles& files) {
+  const Scenario scenario = read_scenario(files.robot_scenario);
+  ImportOptions import;
+  import.cache_directory = user_cache_directory();
+  const auto cell = build_cell(scenario, import);
+  Simulation simulation(cell);
+  HeadlessOptions options;
+  options.duration_s = scenario.duration_s;
+  options.program = files.robot_program;
+  options.run_metrics = true;
+  const HeadlessResult result = run_headless(simulation, scenario, options);
+  RobotTrial trial;
+  trial.fault = result.fault;
+  if (!result.fault.empty() && result.run_metrics) {
+    for (const StepMetrics& one : result.run_metrics->steps) {
+      if (!one.step.named) continue;
+      for (std::size_t k = 0; k < plan.moves.size(); ++k)
+        if (one.step.name == plan.moves[k].name ||
+            one.step.name == "assemble " + product.instances[plan.moves[k].held].name)
+          trial.move = k;
+    }
+  }
+  for (std::size_t i = 0; i < product.instances.size(); ++i) {
+    const int id = cell->description.find_component(product.instances[i].name);
+    const PoseError error =
+        pose_error(result.final_state.components.at(static_cast<std::size_t>(id)), product.instances[i].X_WB);
+    if (error.position_m > product::kPlaceTolerance_m) trial.misplaced.push_back(i);
+  }
+  return trial;
+}
+
+}  // namespace
+
+RobotTrial try_robot(const product::Product& product, const product::RobotPlan& plan,
+                     const product::CellFiles& files) {
+  try {
+    return run_robot(product, plan, files);
+  } catch (const std::exception& error) {
+    return {error.what(), {}, {}};
+  }
+}
+
+product::CellFiles write_tried_cell(const product::Product& product, const product::Disassembly& plan,
+                                    const product::Hierarchy& hierarchy, const std::string& directory,
+                                    product::RobotPlan& robot) {
+  std::map<std::size_t, std::string> refused;
+  const auto write = [&] {
+    return product::write_cell(product, plan, hierarchy, directory, robot.moves.empty() ? nullptr : &robot);
+  };
+  while (true) {
+    robot = product::plan_robot(product, plan, refused);
+    const product::CellFiles files = write();
+    if (robot.moves.empty()) return files;
+    const RobotTrial trial = try_robot(product, robot, files);
+    const std::size_t before = refused.size();
+    if (trial.move) {
+      refused[robot.moves[*trial.move].held] =
+          "in a run of the cell its move does not end (" + trial.fault + ")";
+    } else if (trial.fault.empty()) {
+      for (const std::size_t i : trial.misplaced)
+        for (const product::RobotMove& move : robot.moves)
+          if (std::find(move.parts.begin(), move.parts.end(), i) != move.parts.end())
+            refused[move.held] =
+                "in a run of the cell " + product.instances[i].name + " does not come back to its place";
+    }
+    if (refused.size() > before) continue;
+    if (trial.fault.empty() && trial.misplaced.empty()) return files;
+    if (!trial.fault.empty())
+      robot.notes.push_back("The run of the cell with the robot fails: " + trial.fault);
+    for (const std::size_t i : trial.misplaced)
+      robot.notes.push_back(
+          product.instances[i].name +
+          " does not stay in its place: at level 1 its convex shapes touch no part of a larger "
+          "number that is held");
+    return write();
+  }
+}
+
+}  // namespace takt
