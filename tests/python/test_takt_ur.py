@@ -133,12 +133,15 @@ class Driver:
         numbers = [round(scale * value) for value in values]
         self.sockets["reverse_socket"].sendall(struct.pack(">8i", timeout_ms, *numbers, mode))
 
-    def trajectory(self, points):
+    def trajectory(self, points, blend_radius_m=0.0):
+        self.send_trajectory(points, blend_radius_m)
+        return self.result()
+
+    def send_trajectory(self, points, blend_radius_m=0.0):
         self.command(3, (1, len(points), 0, 0, 0, 0), scale=1)
         for target, time_s in points:
-            numbers = [round(SCALE * value) for value in target] + [0] * 12 + [round(SCALE * time_s), 0, 0]
-            self.sockets["trajectory_socket"].sendall(struct.pack(">21i", *numbers))
-        return self.result()
+            numbers = [round(SCALE * value) for value in (*target, *[0] * 12, time_s, blend_radius_m)]
+            self.sockets["trajectory_socket"].sendall(struct.pack(">21i", *numbers, 0))
 
     def result(self):
         return struct.unpack(">i", self.sockets["trajectory_socket"].recv(4))[0]
@@ -231,6 +234,40 @@ def test_trajectories_end_with_success_and_cancelled_ones_say_so(robot):
     driver.command(-2)
     client.wait(lambda s: s["runtime_state"] == 1)
     driver.close()
+    client.socket.close()
+
+
+def nearest_on_the_way(client, via, end):
+    """The least distance of the targets to `via` (rad, of the joint that is farthest) until `end` is reached."""
+    distances = []
+
+    def arrived(state):
+        distances.append(max(abs(a - b) for a, b in zip(state["target_q"], via)))
+        return max(abs(a - b) for a, b in zip(state["target_q"], end)) < 1e-6
+
+    client.wait(arrived)
+    return min(distances)
+
+
+def test_a_blend_goes_past_its_point(robot):
+    _, ports, gateway = robot
+    client, driver = Rtde(ports[0]), Driver(ports[1])
+    q = list(client.wait(lambda s: s["runtime_state"] == 2)["target_q"])
+    via = q[:4] + [q[4] + 0.3, q[5]]
+    end = via[:3] + [via[3] + 0.4, *via[4:]]
+    for target, radius, passes in ((end, 0.0, False), (q, 0.02, True), (end, 5.0, False)):
+        driver.send_trajectory([(via, 1.0), (target, 1.0)], radius)
+        nearest = nearest_on_the_way(client, via, target)
+        assert driver.result() == 0
+        assert (nearest > 1e-3) == passes, (radius, nearest)
+    assert any("Overlapping Blends" in line for line in gateway.lines)
+    driver.close()
+    client.wait(lambda s: s["runtime_state"] == 1)
+    with socket.create_connection(("127.0.0.1", ports[1]), timeout=PATIENCE_S) as primary:
+        primary.sendall(f"def blend():\n  movej({via}, t=1, r=0.02)\n  set_standard_digital_out(1, True)\n"
+                        f"  movej({q}, t=1)\nend\n".encode())
+        assert nearest_on_the_way(client, via, q) > 1e-3
+    client.wait(lambda s: s["runtime_state"] == 1)
     client.socket.close()
 
 

@@ -2,25 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace takt::ur {
 namespace {
 
-// Defaults of URScript's movej and movel.
-constexpr double kJointAcceleration = 1.4, kJointSpeed = 1.05;
-constexpr double kToolAcceleration = 1.2, kToolSpeed = 0.25;
 /// Of speedj and speedl in external control programs, rad/s^2.
 constexpr double kSpeedAcceleration = 40.0;
-/// What a robot's own joints can do where a duration asks for more.
-constexpr double kMostJointAcceleration = 15.0;
-constexpr double kMostToolSpeed = 3.0, kMostToolAcceleration = 15.0;
-constexpr double kSlowestTurn_rad_per_s = 1.05;  ///< of the tool's orientation, per m/s of the default speed
 // Of the external control program: deceleration at the end of a trajectory.
 constexpr double kSplineDeceleration = 15.0, kSplineSpeed = 6.283185;
 constexpr double kRest = 1e-6;
-constexpr int kSamples = 40;           ///< of a path, for its speed
-constexpr double kSpeedReserve = 0.9;  ///< between two samples a joint may be faster
 
 double largest(const Vector6& values) {
   double most = 0.0;
@@ -28,32 +18,7 @@ double largest(const Vector6& values) {
   return most;
 }
 
-/// The fastest motion in the limits of `wanted`, or in those of the machine where the duration asks for more.
-MotionProfile profile_for(const ProfileLimits& wanted, const ProfileLimits& machine, double duration_s,
-                          double period_s) {
-  if (duration_s > 0.0) {
-    if (const auto lasting = MotionProfile::lasting(duration_s, machine, period_s)) return *lasting;
-    return MotionProfile::fastest(machine, period_s);
-  }
-  return MotionProfile::fastest(
-      {std::min(wanted.speed, machine.speed), std::min(wanted.acceleration, machine.acceleration)}, period_s);
-}
-
 }  // namespace
-
-Pose pose_of(const Vector6& values) {
-  const Vec3 turn(values[3], values[4], values[5]);
-  const double angle = turn.norm();
-  Pose X;
-  X.p = Vec3(values[0], values[1], values[2]);
-  if (angle > 0.0) X.R = Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix();
-  return X;
-}
-
-Vector6 vector_of(const Pose& X) {
-  const Vec3 turn = rotation_vector(X.R);
-  return {X.p.x(), X.p.y(), X.p.z(), turn.x(), turn.y(), turn.z()};
-}
 
 Motion::Motion(const ArmModel& arm, double cycle_s) : arm_(arm), cycle_s_(cycle_s) {}
 
@@ -145,89 +110,102 @@ void Motion::tool_speed_command(const Vector6& twist) {
   commanded_speed_ = twist;
 }
 
-void Motion::move_joints(const Vector6& to, const MoveOptions& options) {
-  double way = 0.0;
-  ProfileLimits machine{1e9, 1e9};
-  for (std::size_t i = 0; i < to.size(); ++i) {
-    const double part = std::abs(to.at(i) - q_.at(i));
-    way = std::max(way, part);
-    if (part == 0.0) continue;
-    machine.speed = std::min(machine.speed, arm_.joints[i].max_velocity / part);
-    machine.acceleration = std::min(machine.acceleration, kMostJointAcceleration / part);
-  }
-  const double least = std::max(way, 1e-9);
-  const ProfileLimits wanted{
-      (options.speed > 0.0 ? options.speed : kJointSpeed) / least,
-      (options.acceleration > 0.0 ? options.acceleration : kJointAcceleration) / least};
-  path_ = JointLine{q_, to, profile_for(wanted, machine, options.duration_s, cycle_s_)};
+bool Motion::begin(const Move& move) {
+  std::optional<MovePath> path = MovePath::of(arm_, X_FT_, q_, move);
+  if (!path) return false;
+  Run run{std::move(*path), MotionProfile::fastest({1.0, 1.0}, cycle_s_)};
+  run.profile = run.path.rest_to_rest(cycle_s_);
+  if (move.options.blend_radius_m > 0.0)
+    run.profile = RampProfile::lasting(move.options.duration_s, {0.0, 0.0}, {1.0, 0.0}, run.path.limits());
+  path_ = std::move(run);
   mode_ = Mode::path;
-}
-
-bool Motion::start_tool_path(ToolPath path, double length_m, double angle_rad, const MoveOptions& options) {
-  const double speed = options.speed > 0.0 ? options.speed : kToolSpeed;
-  const double acceleration = options.acceleration > 0.0 ? options.acceleration : kToolAcceleration;
-  // The orientation turns within the same limits, as the rim of a tool of some 0.25 m would move.
-  constexpr double kRadius_m = kToolSpeed / kSlowestTurn_rad_per_s;
-  const double way = std::max({length_m, kRadius_m * angle_rad, 1e-9});
-  ProfileLimits machine{kMostToolSpeed / way, kMostToolAcceleration / way};
-  // Where a joint has the longest way for a part of the path, it bounds the speed.
-  JointArray q = joints(q_);
-  for (int sample = 1; sample <= kSamples; ++sample) {
-    const IkSolution next =
-        solve_ik_from(arm_, path.at(sample / static_cast<double>(kSamples)) * X_FT_.inverse(), q);
-    if (!next.found) break;  // the motion ends there
-    for (std::size_t i = 0; i < q_.size(); ++i) {
-      const double rate = std::max(1e-9, kSamples * std::abs(next.q.at(i) - q.at(i)));
-      machine.speed = std::min(machine.speed, kSpeedReserve * arm_.joints[i].max_velocity / rate);
-      machine.acceleration = std::min(machine.acceleration, kMostJointAcceleration / rate);
-    }
-    q = next.q;
-  }
-  path.profile = profile_for({speed / way, acceleration / way}, machine, options.duration_s, cycle_s_);
-  path_ = path;
-  mode_ = Mode::path;
+  ++moves_;
   return true;
 }
 
+void Motion::move_joints(const Vector6& to, const MoveOptions& options) {
+  begin({.kind = Move::Kind::joints, .q = to, .options = options});
+}
+
 bool Motion::move_line(const Pose& X_RT, const MoveOptions& options) {
-  if (!inverse_kinematics(X_RT, q_)) return false;
-  const Pose start = tool_pose(q_);
-  const Vec3 turn = rotation_vector(X_RT.R * start.R.transpose());
-  ToolPath path{
-      start, turn, X_RT.p, Vec3::Zero(), Vec3::UnitZ(), 0.0, MotionProfile::fastest({1.0, 1.0}, cycle_s_)};
-  return start_tool_path(path, (X_RT.p - start.p).norm(), turn.norm(), options);
+  return begin({.kind = Move::Kind::line, .X_RT = X_RT, .options = options});
 }
 
 bool Motion::move_arc(const Pose& X_RT_via, const Pose& X_RT, const MoveOptions& options) {
-  if (!inverse_kinematics(X_RT, q_) || !inverse_kinematics(X_RT_via, q_)) return false;
-  const Pose start = tool_pose(q_);
-  const Vec3 a = X_RT_via.p - start.p, b = X_RT.p - start.p, normal = a.cross(b);
-  if (normal.norm() < 1e-9) return false;
-  // Centre of the circle through the three points.
-  const Vec3 center = start.p + (b.squaredNorm() * normal.cross(a) + a.squaredNorm() * b.cross(normal)) /
-                                    (2.0 * normal.squaredNorm());
-  const Vec3 axis = normal.normalized(), from = start.p - center;
-  const auto angle_to = [&](const Vec3& point) {
-    const Vec3 r = point - center;
-    const double angle = std::atan2(axis.dot(from.cross(r)), from.dot(r));
-    return angle < 0.0 ? angle + 2.0 * std::numbers::pi : angle;
-  };
-  const Vec3 turn = rotation_vector(X_RT.R * start.R.transpose());
-  ToolPath path{
-      start, turn, X_RT.p, center, axis, angle_to(X_RT.p), MotionProfile::fastest({1.0, 1.0}, cycle_s_)};
-  return start_tool_path(path, path.angle * from.norm(), turn.norm(), options);
+  return begin({.kind = Move::Kind::arc, .X_RT = X_RT, .X_RT_via = X_RT_via, .options = options});
 }
 
-Pose Motion::ToolPath::at(double s) const {
-  Pose X;
-  const double turned = turn.norm();
-  X.R = turned > 0.0 ? Mat3(Eigen::AngleAxisd(s * turned, turn / turned).toRotationMatrix() * start.R)
-                     : start.R;
-  if (angle == 0.0)
-    X.p = start.p + s * (to - start.p);
-  else
-    X.p = center + Eigen::AngleAxisd(s * angle, axis) * (start.p - center);
-  return X;
+double Motion::Run::duration_s() const {
+  return std::visit([](const auto& law) { return law.duration_s(); }, profile);
+}
+
+MotionProfile::Sample Motion::Run::at_time() const {
+  return std::visit([this](const auto& law) { return law.at_time(t); }, profile);
+}
+
+const Vector6& Motion::end() const {
+  const auto* run = std::get_if<Run>(&path_);
+  return run == nullptr ? q_ : run->path.end();
+}
+
+bool Motion::takes_successor() const {
+  const auto* run = std::get_if<Run>(&path_);
+  return run != nullptr && !run->has_asked && run->path.options().blend_radius_m > 0.0;
+}
+
+Motion::BlendOutcome Motion::blend_into(const Move& next) {
+  auto* run = std::get_if<Run>(&path_);
+  if (run == nullptr) return BlendOutcome::impossible;
+  run->has_asked = true;
+  Vector6 corner = run->path.end();
+  if (!run->path.joints_at(1.0, corner)) return BlendOutcome::impossible;
+  std::optional<MovePath> after = MovePath::of(arm_, X_FT_, corner, next);
+  if (!after) return BlendOutcome::impossible;
+  const double radius = run->path.options().blend_radius_m, next_radius = next.options.blend_radius_m;
+  const auto before_part = run->path.part_within(radius, true),
+             after_part = after->part_within(radius, false);
+  const auto next_part =
+      next_radius > 0.0 ? after->part_within(next_radius, true) : std::optional<double>(0.0);
+  if (!before_part || !after_part || *before_part >= 1.0 - run->first_s() ||
+      *after_part >= 1.0 - next_part.value_or(0.0))
+    return BlendOutcome::overlapping;
+  Blend blend{run->path, std::move(*after), *before_part, *after_part};
+  const double least_s = blend.shortest_duration_s();
+  if (least_s == 0.0) return BlendOutcome::impossible;
+  // A move with a duration goes through its blends at its mean speed.
+  const auto top_speed = [](const MovePath& path) {
+    const double duration_s = path.options().duration_s;
+    return duration_s > 0.0 ? std::min(1.0 / duration_s, path.limits().speed) : path.limits().speed;
+  };
+  // The next move must be able to end at rest, or at the speed of a blend of its own.
+  const double room = 1.0 - blend.part_after - next_part.value_or(0.0);
+  const double speed_after = std::min(
+      top_speed(blend.after), RampProfile::reachable_speed(0.0, room, blend.after.limits().acceleration));
+  blend.duration_s = std::max(
+      {least_s, 2.0 * blend.part_after / speed_after, 2.0 * blend.part_before / top_speed(run->path)});
+  if (!lead(*run, blend)) return BlendOutcome::impossible;
+  run->out = std::move(blend);
+  return BlendOutcome::blended;
+}
+
+bool Motion::lead(Run& run, Blend& blend) {
+  auto& law = std::get<RampProfile>(run.profile);
+  const ProfileLimits& limits = run.path.limits();
+  const double s = 1.0 - blend.part_before;
+  if (run.t > 0.0) {
+    blend.duration_s = std::max(blend.duration_s, 2.0 * blend.part_before / law.top_speed());
+    return law.end_at({s, blend.speed_before()}, run.t);
+  }
+  const RampProfile::End from = law.from();
+  blend.duration_s = std::max(
+      blend.duration_s,
+      2.0 * blend.part_before / RampProfile::reachable_speed(from.speed, s - from.s, limits.acceleration));
+  const RampProfile::End to{s, blend.speed_before()};
+  // A duration is that between the middles of the blends.
+  const double duration_s =
+      run.path.options().duration_s - 0.5 * blend.duration_s - (run.in ? 0.5 * run.in->duration_s : 0.0);
+  law = RampProfile::lasting(duration_s, from, to, limits);
+  return true;
 }
 
 void Motion::run_spline(const Spline& spline) {
@@ -316,45 +294,46 @@ bool Motion::advance(double speed_scaling) {
 }
 
 bool Motion::advance_path(double speed_scaling) {
-  if (auto* line = std::get_if<JointLine>(&path_)) {
-    line->t += cycle_s_ * speed_scaling;
-    const MotionProfile::Sample at = line->profile.at_time(line->t);
-    Vector6 q, qd;
-    for (std::size_t i = 0; i < q.size(); ++i) {
-      const double way = line->to.at(i) - line->from.at(i);
-      q.at(i) = at.s == 1.0 ? line->to.at(i) : line->from.at(i) + at.s * way;
-      qd.at(i) = at.speed * way * speed_scaling;
-    }
-    const bool ended = line->t >= line->profile.duration_s();
-    go_to(q, &qd);
-    if (ended) stop();
-    return true;
-  }
-  if (auto* tool = std::get_if<ToolPath>(&path_)) return advance_tool_path(*tool, cycle_s_ * speed_scaling);
+  if (auto* run = std::get_if<Run>(&path_)) return advance_run(*run, speed_scaling);
   if (auto* run = std::get_if<SplineRun>(&path_)) return advance_spline(*run, speed_scaling);
   stop();
   return true;
 }
 
-bool Motion::advance_tool_path(ToolPath& path, double dt) {
-  path.t += dt;
-  const MotionProfile::Sample at = path.profile.at_time(path.t);
-  const IkSolution solution = solve_ik_from(arm_, path.at(at.s) * X_FT_.inverse(), joints(q_));
-  Vector6 next;
-  std::copy_n(solution.q.begin(), next.size(), next.begin());
-  bool feasible = solution.found;
-  for (std::size_t i = 0; i < next.size(); ++i)
-    feasible = feasible && std::abs(next.at(i) - q_.at(i)) <= 1.001 * arm_.joints[i].max_velocity * cycle_s_;
-  if (!feasible) {
-    stop(kSplineDeceleration);
-    return false;
+bool Motion::advance_run(Run& run, double speed_scaling) {
+  run.t += cycle_s_ * speed_scaling;
+  if (run.out && run.t >= run.duration_s()) {
+    // Into the blend.
+    Blend blend = std::move(*run.out);
+    const RampProfile::End from{blend.part_after, blend.speed_after()}, to{1.0, 0.0};
+    RampProfile law = RampProfile::lasting(blend.after.options().duration_s - 0.5 * blend.duration_s, from,
+                                           to, blend.after.limits());
+    const double t = run.t - run.duration_s() - blend.duration_s;
+    MovePath after = blend.after;
+    run = Run{std::move(after), law, t, std::move(blend)};
+    ++moves_;
   }
-  const bool ended = path.t >= path.profile.duration_s();
-  go_to(next);
-  if (ended) {
-    qd_ = {};
-    stop();
+  const bool blends = run.t < 0.0, ended = !run.out && run.t >= run.duration_s();
+  const MotionProfile::Sample at = run.at_time();
+  Vector6 next = q_;
+  bool feasible =
+      blends ? run.in->joints_at(1.0 + run.t / run.in->duration_s, next) : run.path.joints_at(at.s, next);
+  if (run.path.in_joint_space() && !blends) {
+    Vector6 qd = run.path.way();
+    for (double& speed : qd) speed *= at.speed * speed_scaling;
+    go_to(next, &qd);
+  } else {
+    for (std::size_t i = 0; i < next.size(); ++i)
+      feasible =
+          feasible && std::abs(next.at(i) - q_.at(i)) <= 1.001 * arm_.joints[i].max_velocity * cycle_s_;
+    if (!feasible) {
+      stop(kSplineDeceleration);
+      return false;
+    }
+    go_to(next);
+    if (ended) qd_ = {};
   }
+  if (ended) stop();
   return true;
 }
 

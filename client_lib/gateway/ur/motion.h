@@ -4,28 +4,14 @@
 //
 // Joint positions are those of the protocol. The motion is that of the controller's target; the robot of the cell follows
 // it one command period later. A path is a function of its own time, which passes with the speed scaling.
-#include <array>
 #include <optional>
 #include <string>
 #include <variant>
 
-#include "client_lib/kinematics/inverse_kinematics.h"
-#include "client_lib/kinematics/motion_profile.h"
+#include "client_lib/gateway/ur/path.h"
+#include "client_lib/gateway/ur/ramp_profile.h"
 
 namespace takt::ur {
-
-using Vector6 = std::array<double, 6>;
-
-/// Pose of x, y, z (m) and rotation vector (rad), as the protocol writes it; and back.
-Pose pose_of(const Vector6& values);
-Vector6 vector_of(const Pose& X);
-
-/// Accelerations and speeds of a motion; 0: the default of URScript's functions.
-struct MoveOptions {
-  double acceleration = 0.0;  ///< rad/s^2 of the joint with the longest way; m/s^2 of the tool
-  double speed = 0.0;         ///< rad/s; m/s
-  double duration_s = 0.0;    ///< 0: as acceleration and speed allow
-};
 
 /// A spline of one segment: cubic or quintic (coefficients in ascending order).
 struct Spline {
@@ -74,6 +60,9 @@ class Motion {
   /// speedj, rad/s; speedl, twist of the TCP in the base's axes.
   void speed(const Vector6& qd);
   void tool_speed_command(const Vector6& twist);
+  /// Begins at the present position, from rest. False where its end is out of reach, or the three points of an arc are on one
+  /// line.
+  bool begin(const Move& move);
   /// Straight in joint space.
   void move_joints(const Vector6& to, const MoveOptions& options);
   /// Straight line of the TCP with a turn about one axis. False where its end is out of reach.
@@ -83,24 +72,35 @@ class Motion {
   bool move_arc(const Pose& X_RT_via, const Pose& X_RT, const MoveOptions& options);
   void run_spline(const Spline& spline);
 
+  enum class BlendOutcome : std::uint8_t {
+    blended,
+    overlapping,  ///< the radius meets another point, or its radius
+    impossible,   ///< too late, out of reach, or the joints cannot
+  };
+  /// The present move has a blend radius, and has not been asked for its successor.
+  bool takes_successor() const;
+  /// The successor of the present move. Where the outcome is not `blended`, the present move ends at rest.
+  BlendOutcome blend_into(const Move& next);
+  /// Where the present move ends; without one, the present position.
+  const Vector6& end() const;
+  /// Moves so far; that after a blend counts from where the blend begins.
+  std::uint64_t moves() const { return moves_; }
+
   /// One cycle. False where the path has no solution there (out of reach, singular): the robot stops.
   bool advance(double speed_scaling);
 
  private:
-  struct JointLine {
-    Vector6 from, to;
-    MotionProfile profile;
-    double t = 0.0;
-  };
-  struct ToolPath {
-    Pose start;          ///< X_RT
-    Vec3 turn;           ///< rotation vector from start to end, in R
-    Vec3 to;             ///< end of a line
-    Vec3 center, axis;   ///< of an arc
-    double angle = 0.0;  ///< of an arc; 0: a line
-    MotionProfile profile;
-    double t = 0.0;
-    Pose at(double s) const;
+  struct Run {
+    MovePath path;
+    std::variant<MotionProfile, RampProfile> profile;
+    double t = 0.0;             ///< of the profile; below 0: in the blend that leads to it
+    std::optional<Blend> in{};  ///< from the move before
+    std::optional<Blend> out{};
+    bool has_asked = false;  ///< for its successor
+    double duration_s() const;
+    MotionProfile::Sample at_time() const;
+    /// Where the path is followed exactly; s.
+    double first_s() const { return in ? in->part_after : 0.0; }
   };
   struct SplineRun {
     Spline spline;
@@ -113,9 +113,9 @@ class Motion {
   void go_to(const Vector6& q, const Vector6* qd = nullptr);
   void ramp_to(const Vector6& qd, double acceleration);
   bool advance_path(double speed_scaling);
-  bool advance_tool_path(ToolPath& path, double dt);
+  bool advance_run(Run& run, double speed_scaling);
+  bool lead(Run& run, Blend& blend);
   bool advance_spline(SplineRun& run, double speed_scaling);
-  bool start_tool_path(ToolPath path, double length_m, double angle_rad, const MoveOptions& options);
   JointArray joints(const Vector6& q) const;
 
   const ArmModel& arm_;
@@ -126,7 +126,8 @@ class Motion {
   double deceleration_ = 4.0;
   Vector6 servo_q_{}, commanded_speed_{};
   bool servo_fresh_ = false, servo_begun_ = false;
-  std::variant<std::monostate, JointLine, ToolPath, SplineRun> path_;
+  std::variant<std::monostate, Run, SplineRun> path_;
+  std::uint64_t moves_ = 0;
 };
 
 }  // namespace takt::ur

@@ -7,13 +7,15 @@
 namespace takt::urscript {
 namespace {
 
-constexpr std::array<std::string_view, 30> kFunctions{"textmsg",
+constexpr std::array<std::string_view, 32> kFunctions{"textmsg",
                                                       "sleep",
                                                       "sync",
                                                       "halt",
                                                       "popup",
                                                       "movej",
                                                       "movel",
+                                                      "movep",
+                                                      "movec",
                                                       "stopj",
                                                       "stopl",
                                                       "protective_stop",

@@ -18,6 +18,8 @@ constexpr double kStopDeceleration = 4.0;
 constexpr double kIgnoreSpeed = 20.0;
 constexpr double kPointTimeout_s = 0.5;
 constexpr double kQuiet_s = 0.05;
+/// A move with a blend begins without its successor after this.
+constexpr double kSuccessorTimeout_s = 0.05;
 constexpr std::int64_t kStreaming = 2147483647;
 constexpr std::int32_t kContactFound = 0, kContactCanceled = 1, kFreedriveStart = 1, kFreedriveStop = -1;
 
@@ -250,6 +252,7 @@ void ExternalProgram::trajectory_action(const rtde::ReverseMessage& message) {
 
 void ExternalProgram::begin_cleanup(AfterCleanup then) {
   runs_ = finishing_ = false;
+  next_point_.reset();
   cleaning_ = true;
   cleaning_since_ = controller_.cycle();
   after_cleanup_ = then;
@@ -292,6 +295,7 @@ void ExternalProgram::advance_trajectory() {
   Motion& motion = controller_.motion();
   if (motion.follows()) {
     waiting_since_ = controller_.cycle();
+    if (motion.takes_successor() && !next_point_) offer_successor();
     return;
   }
   if (finishing_) {
@@ -300,16 +304,29 @@ void ExternalProgram::advance_trajectory() {
     answer_trajectory(result_);
     return;
   }
-  if (points_left_ <= 0) {
+  if (points_left_ <= 0 && !next_point_) {
     finish_trajectory(result_);
     return;
   }
-  if (const auto bytes = points_.next()) {
-    --points_left_;
+  if (!next_point_) {
+    if (const auto bytes = points_.next()) {
+      --points_left_;
+      next_point_ = rtde::trajectory_point(*bytes);
+      waiting_since_ = controller_.cycle();
+    }
+  }
+  if (next_point_) {
+    const bool blends = next_point_->type != PointType::spline && next_point_->blend_radius_m > 0.0;
+    if (blends && points_left_ > 0 && points_.whole_messages() == 0 &&
+        controller_.cycle() < waiting_since_ + cycles(kSuccessorTimeout_s))
+      return;
     waiting_since_ = controller_.cycle();
-    take_point(rtde::trajectory_point(*bytes), points_left_ == 0);
+    const rtde::TrajectoryPoint point = *next_point_;
+    next_point_.reset();
+    take_point(point, points_left_ == 0);
     first_point_ = false;
     if (result_ != TrajectoryResult::success) finish_trajectory(result_);
+    if (motion.takes_successor()) offer_successor();
     return;
   }
   if (controller_.cycle() <= waiting_since_ + cycles(moving_ ? UrController::kCycle_s : kPointTimeout_s))
@@ -331,97 +348,77 @@ void ExternalProgram::answer_trajectory(TrajectoryResult result) {
   if (trajectory_socket_) trajectory_socket_->send(rtde::int32_bytes(static_cast<std::int32_t>(result)));
 }
 
-bool ExternalProgram::joints_or_pose(const Vector6& values, bool is_pose, Vector6& q) const {
-  if (!is_pose) {
-    q = values;
-    return true;
-  }
+void ExternalProgram::offer_successor() {
+  if (points_left_ <= 0) return;
+  const auto bytes = points_.next();
+  if (!bytes) return;
+  --points_left_;
+  next_point_ = rtde::trajectory_point(*bytes);
+  if (next_point_->type == PointType::spline) return;
+  const auto move = move_of(*next_point_, points_left_ == 0, controller_.motion().end());
+  if (move && controller_.blend_into(*move)) next_point_.reset();
+}
+
+std::optional<Move> ExternalProgram::move_of(const rtde::TrajectoryPoint& point, bool last,
+                                             const Vector6& near) const {
   const Motion& motion = controller_.motion();
-  const auto found = motion.inverse_kinematics(controller_.from_base(pose_of(values)), motion.position());
-  if (found) q = *found;
-  return found.has_value();
+  Move move;
+  move.options = {point.third[0], point.third[1], point.time_s, last ? 0.0 : point.blend_radius_m};
+  const auto pose = [&](const Vector6& values, bool is_pose) {
+    return is_pose ? controller_.from_base(pose_of(values)) : motion.tool_pose(values);
+  };
+  const auto is_of = [&](std::initializer_list<PointType> types) {
+    return std::find(types.begin(), types.end(), point.type) != types.end();
+  };
+  using enum PointType;
+  const bool target_is_pose =
+      is_of({movej_pose, optimovej_pose, movel, movep, optimovel, movec, movec_pose_joint});
+  if (!is_of({movej, movej_pose, movel, movel_joint})) move.options.duration_s = 0.0;
+  if (is_of({movej, movej_pose, optimovej, optimovej_pose})) {
+    move.q = point.target;
+    if (target_is_pose) {
+      const bool near_given = point.third[2] != 0.0;
+      const auto found =
+          motion.inverse_kinematics(pose(point.target, true), near_given ? point.second : near);
+      if (!found) throw urscript::ScriptError(1, 1, "getInverseKin: unable to find solution!");
+      move.q = *found;
+    }
+    if (!motion.within_limits(move.q))
+      throw urscript::ScriptError(1, 1, "movej: the target is outside of the joints' ranges");
+    if (is_of({optimovej, optimovej_pose})) {
+      // Fractions of what the robot can do.
+      move.options.acceleration = std::max(0.05, move.options.acceleration) * 15.0;
+      move.options.speed = std::max(0.05, move.options.speed) * 3.0;
+    }
+    return move;
+  }
+  if (is_of({movec, movec_joint, movec_joint_pose, movec_pose_joint})) {
+    move.kind = Move::Kind::arc;
+    move.X_RT_via = pose(point.second, is_of({movec, movec_joint_pose}));
+  } else if (is_of({movel, movel_joint, movep, movep_joint, optimovel, optimovel_joint})) {
+    move.kind = Move::Kind::line;
+  } else {
+    return std::nullopt;
+  }
+  move.X_RT = pose(point.target, target_is_pose);
+  return move;
 }
 
 void ExternalProgram::take_point(const rtde::TrajectoryPoint& point, bool last) {
-  Motion& motion = controller_.motion();
-  const MoveOptions options{point.third[0], point.third[1], point.time_s};
-  const auto no_duration = [&] {
-    MoveOptions fast = options;
-    fast.duration_s = 0.0;
-    return fast;
-  };
   if (point.type == PointType::spline) {
     take_spline(point, last);
     return;
   }
   moving_ = false;
   spline_qd_ = spline_qdd_ = {};
-  const bool target_is_pose = point.type == PointType::movel || point.type == PointType::movep ||
-                              point.type == PointType::movec || point.type == PointType::movec_pose_joint ||
-                              point.type == PointType::optimovel || point.type == PointType::movej_pose ||
-                              point.type == PointType::optimovej_pose;
-  switch (point.type) {
-    case PointType::movej:
-    case PointType::movej_pose:
-    case PointType::optimovej:
-    case PointType::optimovej_pose: {
-      Vector6 q{};
-      const bool near_given = target_is_pose && point.third[2] != 0.0;
-      if (near_given) {
-        const auto found =
-            motion.inverse_kinematics(controller_.from_base(pose_of(point.target)), point.second);
-        if (!found) throw urscript::ScriptError(1, 1, "getInverseKin: unable to find solution!");
-        q = *found;
-      } else if (!joints_or_pose(point.target, target_is_pose, q)) {
-        throw urscript::ScriptError(1, 1, "getInverseKin: unable to find solution!");
-      }
-      if (!motion.within_limits(q))
-        throw urscript::ScriptError(1, 1, "movej: the target is outside of the joints' ranges");
-      if (point.type == PointType::optimovej || point.type == PointType::optimovej_pose) {
-        // Fractions of what the robot can do.
-        MoveOptions fractions;
-        fractions.acceleration = std::max(0.05, options.acceleration) * 15.0;
-        fractions.speed = std::max(0.05, options.speed) * 3.0;
-        motion.move_joints(q, fractions);
-      } else {
-        motion.move_joints(q, options);
-      }
-      return;
-    }
-    case PointType::movel:
-    case PointType::movel_joint:
-    case PointType::movep:
-    case PointType::movep_joint:
-    case PointType::optimovel:
-    case PointType::optimovel_joint: {
-      const Pose X_RT =
-          target_is_pose ? controller_.from_base(pose_of(point.target)) : motion.tool_pose(point.target);
-      MoveOptions tool =
-          point.type == PointType::movel || point.type == PointType::movel_joint ? options : no_duration();
-      if (motion.move_line(X_RT, tool)) return;
-      break;
-    }
-    case PointType::movec:
-    case PointType::movec_joint:
-    case PointType::movec_joint_pose:
-    case PointType::movec_pose_joint: {
-      const bool via_is_pose = point.type == PointType::movec || point.type == PointType::movec_joint_pose;
-      const Pose via =
-          via_is_pose ? controller_.from_base(pose_of(point.second)) : motion.tool_pose(point.second);
-      const Pose to =
-          target_is_pose ? controller_.from_base(pose_of(point.target)) : motion.tool_pose(point.target);
-      if (motion.move_arc(via, to, no_duration())) return;
-      break;
-    }
-    default:
-      controller_.text("Trajectory points of type " + std::to_string(static_cast<int>(point.type)) +
-                       " are not supported by takt.");
-      result_ = TrajectoryResult::failure;
-      return;
+  const auto move = move_of(point, last, controller_.motion().position());
+  if (move) {
+    controller_.begin(*move);
+    return;
   }
-  controller_.protective_stop("the target is out of reach");
-  controller_.error_code(204, rtde::ReportLevel::violation,
-                         "Path sanity check failed: the target is out of reach.");
+  controller_.text("Trajectory points of type " + std::to_string(static_cast<int>(point.type)) +
+                   " are not supported by takt.");
+  result_ = TrajectoryResult::failure;
 }
 
 void ExternalProgram::take_spline(const rtde::TrajectoryPoint& point, bool last) {

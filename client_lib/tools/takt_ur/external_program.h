@@ -33,6 +33,9 @@ class ExternalProgram final : public RunningProgram {
   void start_trajectory();
   void advance_trajectory();
   void take_point(const rtde::TrajectoryPoint& point, bool last);
+  void offer_successor();
+  /// Of a point that is no spline, from the joint positions where it begins; nothing for an unknown type.
+  std::optional<Move> move_of(const rtde::TrajectoryPoint& point, bool last, const Vector6& near) const;
   void take_spline(const rtde::TrajectoryPoint& point, bool last);
   void finish_trajectory(rtde::TrajectoryResult result);
   void answer_trajectory(rtde::TrajectoryResult result);
@@ -40,7 +43,6 @@ class ExternalProgram final : public RunningProgram {
   void watch_tool_contact();
   void freedrive_action(std::int32_t action);
   bool servo_set_point(const Vector6& q);
-  bool joints_or_pose(const Vector6& values, bool is_pose, Vector6& q) const;
   void exit_by(const std::string& why);
   void unsupported(const std::string& what);
 
@@ -63,6 +65,7 @@ class ExternalProgram final : public RunningProgram {
   bool finishing_ = false;
   rtde::TrajectoryResult result_ = rtde::TrajectoryResult::success;
   std::int64_t points_left_ = 0;
+  std::optional<rtde::TrajectoryPoint> next_point_;  ///< read, but not begun
   std::uint64_t waiting_since_ = 0;
   Vector6 spline_qd_{}, spline_qdd_{};
   std::int32_t announced_ = 0;  ///< points of the trajectory that starts after the cleanup

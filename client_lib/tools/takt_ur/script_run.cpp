@@ -14,8 +14,24 @@ using Kind = urscript::Instruction::Kind;
 
 /// A loop without a call that waits yields after this many calls.
 constexpr int kMostCallsPerCycle = 100;
-constexpr std::array<std::string_view, 6> kMotions{"movej", "movel",      "stopj",
-                                                   "stopl", "force_mode", "freedrive_mode"};
+constexpr std::array<std::string_view, 4> kMoves{"movej", "movel", "movep", "movec"};
+constexpr std::array<std::string_view, 4> kOtherMotions{"stopj", "stopl", "force_mode", "freedrive_mode"};
+/// May stand between two moves that are blended.
+constexpr std::array<std::string_view, 10> kBetweenMoves{"textmsg",
+                                                         "set_standard_digital_out",
+                                                         "set_configurable_digital_out",
+                                                         "set_tool_digital_out",
+                                                         "set_digital_out",
+                                                         "set_standard_analog_out",
+                                                         "set_tool_voltage",
+                                                         "set_payload",
+                                                         "set_target_payload",
+                                                         "write_output_float_register"};
+
+template <std::size_t count>
+bool is_of(const std::array<std::string_view, count>& names, std::string_view name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
 
 /// The argument at a position or of a name; nullptr: not given.
 const Literal* find(const Call& call, std::size_t position, const char* name) {
@@ -54,7 +70,7 @@ ScriptRun::~ScriptRun() {
 
 bool ScriptRun::moves(const urscript::Program& program) {
   return std::any_of(program.instructions.begin(), program.instructions.end(), [](const auto& instruction) {
-    return std::find(kMotions.begin(), kMotions.end(), instruction.call.function) != kMotions.end();
+    return is_of(kMoves, instruction.call.function) || is_of(kOtherMotions, instruction.call.function);
   });
 }
 
@@ -93,7 +109,7 @@ bool ScriptRun::execute(const Call& call) {
   }
   Motion& motion = controller_.motion();
   if (controller_.cycle() < wake_cycle_ || connecting_ ||
-      (waits_for_motion_ && (motion.follows() || !motion.at_rest())))
+      (waits_for_motion_ && motion.moves() == move_ && (motion.follows() || !motion.at_rest())))
     return false;
   begun_ = false;
   return true;
@@ -118,6 +134,68 @@ void ScriptRun::begin_force_mode(const Call& call) {
   }
   options.type = force_mode_type(number(call, 3, "type", 0.0));
   controller_.start_force_mode(options);
+}
+
+Move ScriptRun::move_of(const Call& call, const Vector6& near) const {
+  const std::string& f = call.function;
+  const Motion& motion = controller_.motion();
+  const bool joints = f == "movej", arc = f == "movec", timed = joints || f == "movel";
+  // The target is a position of all joints or a pose; what the function wants, the other is turned into.
+  const auto target = [&](std::size_t position, const char* name, Vector6& q, Pose& X_RT) {
+    const auto* list = argument<std::vector<double>>(call, position, name);
+    const auto* pose = argument<urscript::PoseLiteral>(call, position, name);
+    const auto values = list != nullptr ? six(*list) : pose != nullptr ? six(pose->values) : std::nullopt;
+    if (!values) fail(call, f + ": allowed: [q0, .., q5] or p[x, y, z, rx, ry, rz]");
+    q = *values;
+    X_RT = list != nullptr ? motion.tool_pose(*values) : controller_.from_base(pose_of(*values));
+    if (!joints || list != nullptr) return;
+    const auto found = motion.inverse_kinematics(X_RT, near);
+    if (!found) fail(call, "getInverseKin: unable to find solution!");
+    q = *found;
+  };
+  Move move;
+  move.kind = joints ? Move::Kind::joints : arc ? Move::Kind::arc : Move::Kind::line;
+  std::size_t at = 0;
+  Vector6 via{};
+  if (arc) target(at++, "pose_via", via, move.X_RT_via);
+  target(at++, joints ? "q" : arc ? "pose_to" : "pose", move.q, move.X_RT);
+  move.options.acceleration = number(call, at++, "a", 0.0);
+  move.options.speed = number(call, at++, "v", 0.0);
+  if (timed) move.options.duration_s = number(call, at++, "t", 0.0);
+  move.options.blend_radius_m = std::max(0.0, number(call, at, "r", 0.0));
+  if (joints && !motion.within_limits(move.q))
+    fail(call, "movej: the target is outside of the joints' ranges");
+  return move;
+}
+
+std::optional<std::size_t> ScriptRun::next_move() const {
+  std::size_t at = next_;
+  for (int steps = 0; steps < kMostCallsPerCycle; ++steps) {
+    if (++at >= instructions_.size()) return std::nullopt;
+    const urscript::Instruction& instruction = instructions_[at];
+    if (instruction.kind == Kind::loop_end) at = instruction.other;
+    if (instruction.kind == Kind::halt) return std::nullopt;
+    if (instruction.kind != Kind::call) continue;
+    if (is_of(kMoves, instruction.call.function)) return at;
+    if (!is_of(kBetweenMoves, instruction.call.function)) return std::nullopt;
+  }
+  return std::nullopt;
+}
+
+void ScriptRun::begin_move(const Call& call) {
+  Motion& motion = controller_.motion();
+  const bool is_under_way = blended_ == next_ && motion.moves() > move_;
+  blended_.reset();
+  if (!is_under_way) controller_.begin(move_of(call, motion.position()));
+  move_ = motion.moves();
+  waits_for_motion_ = true;
+  const auto next = motion.takes_successor() ? next_move() : std::nullopt;
+  if (!next) return;
+  try {
+    if (controller_.blend_into(move_of(instructions_[*next].call, motion.end()))) blended_ = next;
+  } catch (const urscript::ScriptError&) {
+    // That call fails when it is its turn.
+  }
 }
 
 bool ScriptRun::begin(const Call& call) {
@@ -151,34 +229,14 @@ bool ScriptRun::begin(const Call& call) {
     controller_.protective_stop("a program has asked for it");
     return true;
   }
-  if (f == "movej" || f == "movel") {
-    const auto* joints = argument<std::vector<double>>(call, 0, f == "movej" ? "q" : "pose");
-    const auto* pose = argument<urscript::PoseLiteral>(call, 0, f == "movej" ? "q" : "pose");
-    const auto target = joints != nullptr ? six(*joints) : pose != nullptr ? six(pose->values) : std::nullopt;
-    if (!target) fail(call, f + ": allowed: [q0, .., q5] or p[x, y, z, rx, ry, rz]");
-    const MoveOptions options{number(call, 1, "a", 0.0), number(call, 2, "v", 0.0),
-                              number(call, 3, "t", 0.0)};
-    waits_for_motion_ = true;
-    if (f == "movej") {
-      const auto q = joints != nullptr ? target
-                                       : motion.inverse_kinematics(controller_.from_base(pose_of(*target)),
-                                                                   motion.position());
-      if (!q) fail(call, "getInverseKin: unable to find solution!");
-      if (!motion.within_limits(*q)) fail(call, "movej: the target is outside of the joints' ranges");
-      motion.move_joints(*q, options);
-      return false;
-    }
-    const Pose X_RT = joints != nullptr ? motion.tool_pose(*target) : controller_.from_base(pose_of(*target));
-    if (!motion.move_line(X_RT, options)) {
-      controller_.protective_stop("the target is out of reach");
-      controller_.error_code(204, rtde::ReportLevel::violation,
-                             "Path sanity check failed: the target is out of reach.");
-    }
+  if (is_of(kMoves, f)) {
+    begin_move(call);
     return false;
   }
   if (f == "stopj" || f == "stopl") {
     motion.stop(std::max(0.1, number(call, 0, "a", 4.0)));
     waits_for_motion_ = true;
+    move_ = motion.moves();
     return false;
   }
   if (f == "set_standard_digital_out" || f == "set_configurable_digital_out" || f == "set_tool_digital_out" ||

@@ -2,6 +2,7 @@
 // Runs programs of the part of URScript that takt has (client_lib/gateway/urscript/script.h).
 #include <filesystem>
 #include <memory>
+#include <optional>
 
 #include "client_lib/tools/takt_ur/ur_controller.h"
 
@@ -20,6 +21,11 @@ class ScriptRun final : public RunningProgram {
   bool execute(const urscript::Call& call);
   void begin_force_mode(const urscript::Call& call);
   bool begin(const urscript::Call& call);
+  void begin_move(const urscript::Call& call);
+  /// From the joint positions where it begins.
+  Move move_of(const urscript::Call& call, const Vector6& near) const;
+  /// The next move, where nothing before it waits: its place among the instructions.
+  std::optional<std::size_t> next_move() const;
   [[noreturn]] static void fail(const urscript::Call& call, const std::string& text);
 
   UrController& controller_;
@@ -28,6 +34,8 @@ class ScriptRun final : public RunningProgram {
   bool begun_ = false;  ///< the call at next_
   std::uint64_t wake_cycle_ = 0;
   bool waits_for_motion_ = false;
+  std::uint64_t move_ = 0;              ///< of the motion: that of the call at next_
+  std::optional<std::size_t> blended_;  ///< the move that follows by a blend
   /// Of sockets that the program opens: by name; nullptr while connecting.
   std::map<std::string, std::shared_ptr<gateway::Connection>> sockets_;
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);

@@ -303,6 +303,26 @@ void UrController::protective_stop(const std::string& why) {
              "A protective stop was triggered: " + why + ".");
 }
 
+void UrController::begin(const Move& move) {
+  if (motion_.begin(move)) return;
+  protective_stop("the target is out of reach");
+  error_code(204, rtde::ReportLevel::violation, "Path sanity check failed: the target is out of reach.");
+}
+
+bool UrController::blend_into(const Move& next) {
+  switch (motion_.blend_into(next)) {
+    case Motion::BlendOutcome::blended:
+      return true;
+    case Motion::BlendOutcome::overlapping:
+      text("Overlapping Blends: a blend radius meets another waypoint or its blend. The blend is skipped.");
+      return false;
+    case Motion::BlendOutcome::impossible:
+      text("A blend is skipped: the next move came too late, or the joints cannot follow the blend.");
+      return false;
+  }
+  return false;
+}
+
 // --- dashboard ---
 
 std::string UrController::robot_mode() const {

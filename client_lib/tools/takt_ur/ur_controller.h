@@ -88,6 +88,10 @@ class UrController final : public rtde::DashboardRobot {
   void text(const std::string& message);
   void error_code(int code, rtde::ReportLevel level, const std::string& message);
   void protective_stop(const std::string& why);
+  /// A protective stop where its end is out of reach.
+  void begin(const Move& move);
+  /// The successor of a move that has a blend radius. False where the blend is skipped, which is reported.
+  bool blend_into(const Move& next);
   void set_digital_output(int number, bool value);  ///< 0..7 standard, 8..15 configurable, 16..17 tool
   void set_analog_output(int number, double fraction);
   void set_tool_voltage(int volts) { tool_voltage_ = volts; }
