@@ -1,16 +1,12 @@
 #include "server/headless/robot_shapes.h"
 
 #include <algorithm>
-#include <array>
 #include <exception>
-#include <map>
 #include <set>
 #include <string>
 #include <utility>
 
-#include "idl/common/text.h"
 #include "plant_models/robot/arm_kinematics.h"
-#include "server/geometry/mesh/collada_reader.h"
 #include "server/scenario/urdf_meshes.h"
 
 namespace takt {
@@ -19,41 +15,23 @@ namespace {
 constexpr double kMostTriangles = 2e6;  // of all robots: a picture of more takes minutes
 constexpr render::Color kPlain{0.86, 0.87, 0.89};
 
-bool is_collada(const UrdfShape& shape) {
-  return shape.kind == UrdfShapeKind::mesh &&
-         lower_text(std::filesystem::path(shape.filename).extension().string()) == ".dae";
-}
+struct Surface {
+  TriangleMesh mesh;
+  render::Color color;
+};
 
-/// Surfaces of the shapes in the frame in which X_AL places the link.
-std::vector<ColoredMesh> surfaces(const UrdfRobot& robot, const UrdfLink& link,
-                                  const std::vector<UrdfShape>& shapes, const Pose& X_AL) {
-  std::vector<ColoredMesh> all;
-  for (const UrdfShape& shape : shapes) {
-    std::vector<ColoredMesh> made;
-    if (is_collada(shape)) {
-      made = read_collada(require_mesh_file(robot, shape, "link '" + link.name + "': "));
-      for (ColoredMesh& one : made)
-        for (Vec3& vertex : one.mesh.vertices)
-          vertex = X_AL * (shape.X_LS * vertex.cwiseProduct(shape.scale));
-    } else {
-      for (NamedMesh& one : urdf_meshes(robot, link.name, {shape}, "link '" + link.name + "': ", X_AL))
-        made.push_back(
-            {std::move(one.mesh),
-             {static_cast<float>(kPlain.r), static_cast<float>(kPlain.g), static_cast<float>(kPlain.b)}});
-    }
-    for (ColoredMesh& one : made) {
-      if (shape.color) one.color = *shape.color;
-      all.push_back(std::move(one));
-    }
-  }
-  return all;
-}
-
-/// The shapes for pictures, or those of collision checking, or none.
-std::vector<ColoredMesh> surfaces(const UrdfRobot& robot, const UrdfLink& link, const Pose& X_AL) {
+/// The shapes for pictures in the frame in which X_AL places the link, or those of collision checking, or none.
+std::vector<Surface> surfaces(const UrdfRobot& robot, const UrdfLink& link, const Pose& X_AL) {
   for (const auto* shapes : {&link.visuals, &link.collisions}) {
+    std::vector<Surface> made;
     try {
-      if (!shapes->empty()) return surfaces(robot, link, *shapes, X_AL);
+      for (const UrdfShape& shape : *shapes) {
+        const auto color =
+            shape.color ? render::Color{(*shape.color)[0], (*shape.color)[1], (*shape.color)[2]} : kPlain;
+        for (NamedMesh& one : urdf_meshes(robot, link.name, {shape}, "link '" + link.name + "': ", X_AL))
+          made.push_back({std::move(one.mesh), color});
+      }
+      if (!made.empty()) return made;
     } catch (const std::exception&) {  // a file that is missing, or of a format that is not read
     }
   }
@@ -91,12 +69,12 @@ RobotShapes::RobotShapes(const Scenario& scenario, const CellDescription& cell,
           has_fingers ? carried_by(urdf, source->flange_link) : std::set<std::string>{};
       for (const RobotLink& link : description.links) {
         if (left_out.contains(link.name)) continue;
-        for (ColoredMesh& surface : surfaces(urdf, urdf.links[urdf.find_link(link.name)], link.X_JL)) {
+        for (Surface& surface : surfaces(urdf, urdf.links[urdf.find_link(link.name)], link.X_JL)) {
           triangles += static_cast<double>(surface.mesh.triangles.size());
           if (triangles > kMostTriangles) return;
           Piece& piece = robot.pieces.emplace_back();
           piece.joint = link.joint;
-          piece.mesh.color = {surface.color[0], surface.color[1], surface.color[2]};
+          piece.mesh.color = surface.color;
           piece.mesh.vertices = std::move(surface.mesh.vertices);
           piece.mesh.triangles = std::move(surface.mesh.triangles);
         }

@@ -30,22 +30,18 @@ constexpr const char* kUrdf = R"(<robot name='r'>
 <joint name='d' type='fixed'><parent link='tool'/><child link='finger'/></joint>
 </robot>)";
 
-/// A triangle in mm, red; z points up in the file, whatever it says.
+/// A triangle in mm; z points up in the file, whatever it says.
 constexpr const char* kPanel = R"(<?xml version="1.0"?>
 <COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
 <asset><unit name="millimeter" meter="0.001"/><up_axis>Y_UP</up_axis></asset>
-<library_effects><effect id="e"><profile_COMMON><technique sid="t"><lambert><diffuse><color>1 0 0 1</color></diffuse></lambert>
-</technique></profile_COMMON></effect></library_effects>
-<library_materials><material id="m"><instance_effect url="#e"/></material></library_materials>
 <library_geometries><geometry id="g"><mesh>
 <source id="p"><float_array id="pa" count="9">0 0 0 100 0 0 0 0 50</float_array><technique_common>
 <accessor source="#pa" count="3" stride="3"><param name="X" type="float"/><param name="Y" type="float"/><param name="Z" type="float"/>
 </accessor></technique_common></source>
 <vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
-<triangles count="1" material="s"><input semantic="VERTEX" source="#v" offset="0"/><p>0 1 2</p></triangles>
+<triangles count="1"><input semantic="VERTEX" source="#v" offset="0"/><p>0 1 2</p></triangles>
 </mesh></geometry></library_geometries>
-<library_visual_scenes><visual_scene id="vs"><node id="n"><instance_geometry url="#g"><bind_material><technique_common>
-<instance_material symbol="s" target="#m"/></technique_common></bind_material></instance_geometry></node></visual_scene></library_visual_scenes>
+<library_visual_scenes><visual_scene id="vs"><node id="n"><instance_geometry url="#g"/></node></visual_scene></library_visual_scenes>
 <scene><instance_visual_scene url="#vs"/></scene></COLLADA>)";
 
 class RobotShapesOf : public ::testing::Test {
@@ -98,10 +94,8 @@ TEST_F(RobotShapesOf, AMissingFileLeavesTheShapesOfCollisionChecking) {
   for (const Vec3& vertex : cover.vertices) EXPECT_NEAR((vertex - Vec3::Zero()).norm(), 0.3, 1e-9);
 }
 
-TEST_F(RobotShapesOf, ColladaHasItsUnitItsScaleAndItsColour) {
+TEST_F(RobotShapesOf, ColladaHasItsUnitAndItsScale) {
   const render::Mesh panel = drawn(0.0).meshes.at(3);
-  EXPECT_EQ(panel.color.r, 1.0F);
-  EXPECT_EQ(panel.color.g, 0.0F);
   // 2 x 100 mm along x and 2 x 50 mm along z, 1 m from the hinge.
   EXPECT_LT((middle(panel) - Vec3(11.1, 0.0, 1.05)).norm(), 1e-6);
 }

@@ -1,7 +1,5 @@
 #include "server/geometry/mesh/glb_reader.h"
 
-#include <assimp/config.h>
-#include <assimp/material.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 
@@ -14,7 +12,6 @@
 #include <utility>
 
 #include "idl/common/text.h"
-#include "server/geometry/mesh/collada_reader.h"
 
 namespace takt {
 namespace {
@@ -102,33 +99,6 @@ NamedMesh GlbFile::own_object(std::size_t node, const Affine& X) const {
   std::vector<NamedMesh> objects = read(document_.checked_alone(node), nodes(), places);
   if (!objects.empty()) return std::move(objects.front());
   return {glb_node_path(nodes(), node), {}, {}};
-}
-
-std::vector<ColoredMesh> read_collada(const std::filesystem::path& file) {
-  Assimp::Importer importer;
-  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
-  importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
-  const aiScene* scene = importer.ReadFile(
-      file.string(), aiProcess_Triangulate | aiProcess_SortByPType | aiProcess_PreTransformVertices);
-  if (scene == nullptr) throw MeshFault(std::string("it cannot be understood: ") + importer.GetErrorString());
-  std::vector<ColoredMesh> meshes;
-  for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
-    const aiMesh& from = *scene->mMeshes[m];
-    ColoredMesh& to = meshes.emplace_back();
-    aiColor4D color(0.8F, 0.8F, 0.8F, 1.0F);
-    aiGetMaterialColor(scene->mMaterials[from.mMaterialIndex], AI_MATKEY_COLOR_DIFFUSE, &color);
-    to.color = {color.r, color.g, color.b};
-    for (unsigned i = 0; i < from.mNumVertices; ++i)
-      to.mesh.vertices.emplace_back(from.mVertices[i].x, from.mVertices[i].y, from.mVertices[i].z);
-    for (unsigned i = 0; i < from.mNumFaces; ++i) {
-      const aiFace& face = from.mFaces[i];
-      if (face.mNumIndices != 3) continue;
-      to.mesh.triangles.push_back({face.mIndices[0], face.mIndices[1], face.mIndices[2]});
-    }
-    if (to.mesh.triangles.empty()) meshes.pop_back();
-  }
-  if (meshes.empty()) throw MeshFault("it has no triangles");
-  return meshes;
 }
 
 }  // namespace takt

@@ -1,5 +1,5 @@
 #pragma once
-// GLB files (binary glTF 2.0), by assimp. Only this file's source uses assimp; it reads Collada files too.
+// GLB files (binary glTF 2.0), by assimp. Only this file's source uses assimp.
 #include <string>
 #include <utility>
 #include <vector>
