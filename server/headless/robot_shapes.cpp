@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <exception>
 #include <set>
+#include <stdexcept>
 #include <string>
 #include <utility>
 
@@ -71,7 +72,7 @@ RobotShapes::RobotShapes(const Scenario& scenario, const CellDescription& cell,
         if (left_out.contains(link.name)) continue;
         for (Surface& surface : surfaces(urdf, urdf.links[urdf.find_link(link.name)], link.X_JL)) {
           triangles += static_cast<double>(surface.mesh.triangles.size());
-          if (triangles > kMostTriangles) return;
+          if (triangles > kMostTriangles) throw std::length_error("too many triangles for a picture");
           Piece& piece = robot.pieces.emplace_back();
           piece.joint = link.joint;
           piece.mesh.color = surface.color;
@@ -79,7 +80,7 @@ RobotShapes::RobotShapes(const Scenario& scenario, const CellDescription& cell,
           piece.mesh.triangles = std::move(surface.mesh.triangles);
         }
       }
-    } catch (const std::exception&) {  // the file is gone since the cell was built
+    } catch (const std::exception&) {  // the file is gone since the cell was built, or its shapes are too many
       robot.pieces.clear();
     }
   }
