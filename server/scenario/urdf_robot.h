@@ -14,9 +14,9 @@
 #include <string>
 #include <vector>
 
+#include "idl/common/ros_packages.h"
 #include "plant_models/mechanics/multibody_tree.h"
 #include "plant_models/spatial.h"
-#include "server/scenario/ros_packages.h"
 
 namespace takt {
 

@@ -248,7 +248,7 @@ export class Cell {
     const missing = () => { this.missing.add(name.replace(/^package:/, 'package://')); this.onMissing?.([...this.missing]); };
     if (!this.files || !loader) { missing(); done(new THREE.Group()); return; }
     const [where, path] = name.startsWith('package:') ? ['package', name.slice(8)]
-      : name.startsWith('file://') ? ['absolute', name.slice(7)] : name.startsWith('/') ? ['absolute', name] : ['relative', name];
+      : name.startsWith('model://') ? ['package', name.slice(8)] : name.startsWith('file://') ? ['absolute', name.slice(7)] : name.startsWith('/') ? ['absolute', name] : ['relative', name];
     const parts = path.split('/').filter((part) => part !== '').map((part) => (part === '..' ? '(up)' : encodeURIComponent(part)));
     new loader(manager).load(`files/${where}/${parts.join('/')}`, (loaded) => {
       const model = kind === 'stl' ? new THREE.Mesh(loaded, new THREE.MeshPhongMaterial({color: 0xb8c0c8})) : (loaded.scene ?? loaded);
