@@ -22,4 +22,8 @@ void require_positive(const UrdfRobot& robot, const UrdfShape& shape, const std:
 /// not positive and missing mesh files, MeshError for a mesh file that cannot be read.
 std::vector<NamedMesh> urdf_meshes(const UrdfRobot& robot, const UrdfLink& link, const Pose& X_AL);
 
+/// Repairs the object. One that bounds no solid becomes its convex hull, and the result says why. Throws
+/// std::invalid_argument for one without a hull.
+std::string make_solid(NamedMesh& object);
+
 }  // namespace takt
