@@ -5,6 +5,7 @@
 #include <cctype>
 #include <string>
 
+#include "idl/common/ros_packages.h"
 #include "idl/common/text.h"
 
 namespace takt::view {
@@ -71,21 +72,18 @@ std::optional<std::filesystem::path> RobotFiles::find(std::string_view address) 
     address.remove_prefix(slash == std::string_view::npos ? address.size() : slash + 1);
   }
   if (parts.size() < 2) return std::nullopt;
-  const auto from = [&](std::size_t first) {
-    std::filesystem::path path;
-    for (std::size_t i = first; i < parts.size(); ++i) path /= parts[i];
-    return path;
-  };
-  if (parts[0] == "absolute") return allowed("/" / from(1).relative_path());
-  const bool package = parts[0] == "package";
-  if (!package && parts[0] != "relative") return std::nullopt;
-  for (const auto& folder : folders_) {
-    if (auto file = allowed(folder / from(1).relative_path())) return file;
-    if (auto file = package ? allowed(folder / "share" / from(1).relative_path()) : std::nullopt) return file;
-    if (package && parts.size() > 2 && folder.filename() == parts[1])
-      if (auto file = allowed(folder / from(2).relative_path())) return file;
+  std::filesystem::path path;
+  for (std::size_t i = 1; i < parts.size(); ++i) path /= parts[i];
+  path = path.relative_path();
+  if (parts[0] == "relative") {
+    for (const auto& folder : folders_)
+      if (auto file = allowed(folder / path)) return file;
+    return std::nullopt;
   }
-  return std::nullopt;
+  if (parts[0] != "package" && parts[0] != "absolute") return std::nullopt;
+  const std::string name = (parts[0] == "package" ? "package://" : "file:///") + path.generic_string();
+  const auto file = find_mesh_file(name, {}, folders_);
+  return file ? allowed(*file) : std::nullopt;
 }
 
 }  // namespace takt::view

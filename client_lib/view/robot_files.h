@@ -21,9 +21,8 @@ class RobotFiles {
   bool any() const { return !folders_.empty(); }
   /// Of an address below /files/:
   ///   relative/PATH         a file of that name in one of the folders
-  ///   package/PACKAGE/PATH  package://PACKAGE/PATH: FOLDER/PACKAGE/PATH, FOLDER/share/PACKAGE/PATH, or PATH in a
-  ///                         folder called PACKAGE
-  ///   absolute/PATH         /PATH
+  ///   package/PACKAGE/PATH  package://PACKAGE/PATH, in these folders as find_mesh_file() searches them
+  ///   absolute/PATH         file:///PATH, by the same function
   /// A component `(up)` of PATH means `..`, which browsers remove from addresses. Components may be
   /// percent-encoded. Empty if the file does not exist, is of another kind, or does not lie below one of the
   /// folders, links followed.

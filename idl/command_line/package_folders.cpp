@@ -8,7 +8,7 @@ namespace takt::command_line {
 
 std::vector<std::filesystem::path> package_folders(const std::vector<std::string>& named) {
   std::vector<std::filesystem::path> folders(named.begin(), named.end());
-  for (const char* variable : {"AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH"}) {
+  for (const char* variable : {"AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH", "GZ_SIM_RESOURCE_PATH"}) {
     const char* value = std::getenv(variable);
     std::istringstream list(value != nullptr ? value : "");
     std::error_code error;

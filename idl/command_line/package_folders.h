@@ -10,9 +10,9 @@ namespace takt::command_line {
 inline constexpr const char* kPackagesHelp =
     "folder in which package://PACKAGE/... of URDF files is searched: a package, a folder of packages, or a "
     "prefix "
-    "with packages below share; those of AMENT_PREFIX_PATH and ROS_PACKAGE_PATH follow";
+    "with packages below share; those of AMENT_PREFIX_PATH, ROS_PACKAGE_PATH and GZ_SIM_RESOURCE_PATH follow";
 
-/// `named`, then the existing folders of AMENT_PREFIX_PATH and ROS_PACKAGE_PATH (lists with colons).
+/// `named`, then the existing folders of AMENT_PREFIX_PATH, ROS_PACKAGE_PATH and GZ_SIM_RESOURCE_PATH (lists with colons).
 std::vector<std::filesystem::path> package_folders(const std::vector<std::string>& named);
 
 }  // namespace takt::command_line

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "server/scenario/ros_packages.h"
+#include "idl/common/ros_packages.h"
 #include "server/scenario/scenario.h"
 
 namespace takt {

@@ -80,7 +80,8 @@ RobotShapes::RobotShapes(const Scenario& scenario, const CellDescription& cell,
           piece.mesh.triangles = std::move(surface.mesh.triangles);
         }
       }
-    } catch (const std::exception&) {  // the file is gone since the cell was built, or its shapes are too many
+    } catch (
+        const std::exception&) {  // the file is gone since the cell was built, or its shapes are too many
       robot.pieces.clear();
     }
   }

@@ -6,7 +6,7 @@
 #include <memory>
 #include <string>
 
-#include "server/scenario/ros_packages.h"
+#include "idl/common/ros_packages.h"
 #include "server/scenario/scenario.h"
 #include "server/scenario/scenario_reader.h"
 #include "server/simulation/model/cell_model.h"

@@ -47,11 +47,11 @@ void convex(Fields& f, ConvexSource& s) {
 
 template <class Item>
 void mesh_fields(Fields& f, Item& s) {
-  f.field(
-      "mesh", s.mesh, f.mesh(),
-      "Closed mesh (OBJ, STL, GLB) in the frame of the component, m. FILE.glb#NODE is a node of a GLB file "
-      "with the nodes below it, in the frame of the node.",
-      kRequired);
+  f.field("mesh", s.mesh, f.mesh(),
+          "Closed mesh (OBJ, STL, GLB, DAE) in the frame of the component, m. FILE.glb#NODE is a node of a "
+          "GLB file "
+          "with the nodes below it, in the frame of the node.",
+          kRequired);
   f.field("mesh_scale", s.mesh_scale, kScale, "Factor for the coordinates of the mesh, e.g. 0.001 for mm.");
   convex(f, s.convex);
 }
@@ -231,10 +231,11 @@ void describe(Fields& f, ScenarioGripper& s) {
   f.field("robot", s.robot, f.name_of({"robots"}, "a robot"), "Robot that carries the gripper.", kRequired);
   f.pose("mount", s.X_FG, "Pose of the gripper on the flange.");
   f.pose("tool_center_point", s.X_GT, "Pose of the tool centre point in the gripper.");
-  f.field("fingers", s.fingers, FingerJoints{},
-          "In place of meshes and mount: two prismatic joints of the robot's URDF, left and right; auto: "
-          "those that "
-          "the flange carries. Other keys of the gripper that are not given follow from the URDF.");
+  f.field(
+      "fingers", s.fingers, FingerJoints{},
+      "In place of meshes and mount: two joints of the robot's URDF that move the fingers, left and right, "
+      "prismatic or by mimic joints; auto: those that the flange carries. Other keys of the gripper that are "
+      "not given follow from the URDF.");
   f.field("body_mesh", s.body_mesh, f.mesh(), "Mesh of the body.");
   const auto needed = [&](const char* key, std::size_t most, const std::string& allowed) {
     f.alternatives({key, "fingers"}, 1, most, key,

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include "idl/common/text.h"
 #include "server/fields/rules.h"
+#include "server/scenario/finger_linkage.h"
 #include "server/scenario/scenario_reader.h"
 #include "server/scenario/urdf_meshes.h"
 
@@ -24,28 +26,75 @@ class Builder {
       : robot_(arm.robot), flange_link_(flange_link), flange_(robot_.find_link(flange_link)) {}
 
   UrdfGripper build(const std::vector<std::string>& fingers) {
-    pick(fingers);
-    const UrdfJoint& left = robot_.joints[joint_[0]];
-    hand_ = left.parent;
-    y_H_ = travel(0);
+    slide(fingers) ? pick_slides(fingers) : pick_linkage(fingers);
     choose_axes();
     measure();
     collect_links();
     place_tool();
-    result_.jaw_speed_m_per_s = std::min(left.limit->velocity, robot_.joints[joint_[1]].limit->velocity);
-    result_.max_force_N = std::min(left.limit->effort, robot_.joints[joint_[1]].limit->effort);
     return std::move(result_);
   }
 
  private:
   [[noreturn]] void fail(const std::string& reason) const { robot_.fail(0, "fingers: " + reason); }
 
-  bool below_flange(std::size_t link) const {
+  bool below_flange(std::size_t link) const { return is_carried(link, flange_); }
+  bool is_carried(std::size_t link, std::size_t by) const {
     for (;;) {
-      if (link == flange_) return true;
+      if (link == by) return true;
       if (!robot_.links[link].above) return false;
       link = robot_.joints[*robot_.links[link].above].parent;
     }
+  }
+
+  /// Do prismatic joints carry the fingers? Else a linkage moves them.
+  bool slide(const std::vector<std::string>& fingers) const {
+    const auto slides = [&](const UrdfJoint& joint) {
+      return joint.type == UrdfJointType::prismatic && below_flange(joint.parent);
+    };
+    const auto turns = [&](const UrdfJoint& joint) {
+      return joint.type != UrdfJointType::prismatic && joint.type != UrdfJointType::fixed &&
+             below_flange(joint.parent) &&
+             (fingers.empty() || std::find(fingers.begin(), fingers.end(), joint.name) != fingers.end());
+    };
+    return (fingers.empty() && std::count_if(robot_.joints.begin(), robot_.joints.end(), slides) > 1) ||
+           std::none_of(robot_.joints.begin(), robot_.joints.end(), turns);
+  }
+
+  void pick_slides(const std::vector<std::string>& fingers) {
+    pick(fingers);
+    const UrdfJoint &left = robot_.joints[joint_[0]], &right = robot_.joints[joint_[1]];
+    hand_ = left.parent;
+    y_H_ = travel(0);
+    for (const std::size_t i : {0U, 1U}) X_HL_[i] = robot_.joints[joint_[i]].X_PJ;
+    opens_m_ = left.limit->upper + right.limit->upper;
+    closes_m_ = left.limit->lower + right.limit->lower;
+    result_.jaw_speed_m_per_s = std::min(left.limit->velocity, right.limit->velocity);
+    result_.max_force_N = std::min(left.limit->effort, right.limit->effort);
+  }
+
+  void pick_linkage(const std::vector<std::string>& fingers) {
+    const FingerLinkage linkage =
+        find_finger_linkage(robot_, flange_, fingers, [&](std::size_t link) -> Vec3 {
+          const Aabb box = box_of(shapes(link, {}));
+          return 0.5 * (box.lower + box.upper);
+        });
+    linkage_ = linkage;
+    joint_ = linkage.joint, hand_ = linkage.hand, y_H_ = linkage.y_H;
+    for (const std::size_t i : {0U, 1U}) X_HL_[i] = pose_in_hand(robot_.joints[joint_[i]].child);
+    opens_m_ = linkage.opens_m, closes_m_ = linkage.closes_m;
+    const UrdfLimit& limit = *robot_.joints[linkage.drive].limit;
+    result_.jaw_speed_m_per_s = 0.5 * (opens_m_ - closes_m_) / (limit.upper - limit.lower) * limit.velocity;
+    // The work of the drive is that of both grip forces.
+    result_.max_force_N = std::max(0.0, limit.effort) / linkage.largest_lever_m;
+    if (std::max(linkage.rises_open_m, linkage.rises_closed_m) > kSameShape_m)
+      result_.remarks.push_back(
+          robot_.place(robot_.joints[linkage.drive].line) + "fingers: beside their opening they travel by " +
+          number_text(linkage.rises_open_m, 3) + " m when they open from the middle, and " +
+          number_text(linkage.rises_closed_m, 3) + " m when they close; in takt they open along a line");
+  }
+
+  Pose pose_in_hand(std::size_t link) const {
+    return linkage_pose(robot_, hand_, link, linkage_->drive, linkage_->q_middle);
   }
 
   void pick(const std::vector<std::string>& fingers) {
@@ -97,7 +146,7 @@ class Builder {
   /// z is the axis of H that leads to the fingers best of those across the travel.
   void choose_axes() {
     Vec3 towards = Vec3::Zero();
-    for (const std::size_t i : joint_) towards += robot_.joints[i].X_PJ.p;
+    for (const Pose& X : X_HL_) towards += X.p;
     double best = -std::numeric_limits<double>::infinity();
     Vec3 z_H = Vec3::UnitZ();
     for (int axis = 0; axis < 3; ++axis) {
@@ -124,11 +173,12 @@ class Builder {
     return found;
   }
 
-  std::vector<NamedMesh> shapes(std::size_t link, const Pose& X_GL) const {
+  std::vector<NamedMesh> shapes(std::size_t link, const Pose& X_GL) {
     std::vector<NamedMesh> meshes;
     for (const auto& [at, X_LK] : fixed_to(link))
       for (NamedMesh& mesh : urdf_meshes(robot_, robot_.links[at], X_GL * X_LK))
         meshes.push_back(std::move(mesh));
+    for (NamedMesh& mesh : meshes) make_solid(mesh, robot_.links[link]);
     if (meshes.empty())
       robot_.fail(robot_.links[link].line,
                   "link '" + robot_.links[link].name +
@@ -136,7 +186,21 @@ class Builder {
     return meshes;
   }
 
-  Pose finger_pose(std::size_t finger) const { return X_HG_.inverse() * robot_.joints[joint_[finger]].X_PJ; }
+  void make_solid(NamedMesh& mesh, const UrdfLink& link) {
+    const std::string where = "link '" + link.name + "', '" + mesh.name + "': ";
+    try {
+      const std::string problem = takt::make_solid(mesh);
+      if (problem.empty()) return;
+      const std::string sentence =
+          robot_.place(link.line) + where + "a gripper needs a solid; its convex hull is taken: " + problem;
+      if (std::find(result_.remarks.begin(), result_.remarks.end(), sentence) == result_.remarks.end())
+        result_.remarks.push_back(sentence);
+    } catch (const std::invalid_argument& flat) {
+      robot_.fail(link.line, where + "it has neither a volume nor a hull: " + flat.what());
+    }
+  }
+
+  Pose finger_pose(std::size_t finger) const { return X_HG_.inverse() * X_HL_[finger]; }
 
   static Aabb box_of(const std::vector<NamedMesh>& meshes) {
     TriangleMesh all;
@@ -156,12 +220,11 @@ class Builder {
     const std::array<Aabb, 2> box{box_of(finger[0]), box_of(finger[1])};
     const double left_m = box[0].lower.y(), right_m = -box[1].upper.y();  // from y = 0, at position zero
     X_HG_.p = 0.5 * (left_m - right_m) * y_H_;
-    const UrdfLimit &first = *robot_.joints[joint_[0]].limit, &second = *robot_.joints[joint_[1]].limit;
-    result_.max_width_m = left_m + right_m + first.upper + second.upper;
+    result_.max_width_m = left_m + right_m + opens_m_;
     if (!(result_.max_width_m > 0.0))
       fail("the fingers are " + exact_text(result_.max_width_m) +
            " m apart where they are open; allowed: > 0 m");
-    const double least_m = left_m + right_m + first.lower + second.lower;
+    const double least_m = left_m + right_m + closes_m_;
     if (least_m > kSameShape_m)
       result_.remarks.push_back(robot_.place(0) + "fingers: by their limits they stay " +
                                 rounded_number(least_m) + " m apart; in takt they close");
@@ -177,7 +240,25 @@ class Builder {
     result_.jaw = std::move(finger[0]);
     shift(result_.jaw, -face);
     result_.body = shapes(hand_, X_HG_.inverse());
+    for (const std::size_t link : between()) {
+      std::vector<NamedMesh> meshes =
+          urdf_meshes(robot_, robot_.links[link], X_HG_.inverse() * pose_in_hand(link));
+      for (NamedMesh& mesh : meshes) make_solid(mesh, robot_.links[link]);
+      std::move(meshes.begin(), meshes.end(), std::back_inserter(result_.body));
+    }
     result_.X_FG = pose_in_flange(hand_) * X_HG_;
+  }
+
+  /// Links that a linkage moves, but for the fingers: they stand at half of the opening, as a part of the body.
+  std::vector<std::size_t> between() const {
+    std::vector<std::size_t> found;
+    if (!linkage_) return found;
+    std::vector<bool> other(robot_.links.size(), false);
+    for (const std::size_t link : {hand_, robot_.joints[joint_[0]].child, robot_.joints[joint_[1]].child})
+      for (const auto& [at, X] : fixed_to(link)) other[at] = true;
+    for (std::size_t i = 0; i < robot_.links.size(); ++i)
+      if (!other[i] && is_carried(i, hand_)) found.push_back(i);
+    return found;
   }
 
   Pose pose_in_flange(std::size_t link) const {
@@ -201,6 +282,12 @@ class Builder {
     result_.mass_kg = mass_of(hand_) + 2.0 * result_.jaw_mass_kg;
     for (const std::size_t link : {hand_, finger[0], finger[1]})
       for (const auto& [at, X] : fixed_to(link)) result_.links.push_back(robot_.links[at].name);
+    for (const std::size_t link : between()) {
+      result_.links.push_back(robot_.links[link].name);
+      if (robot_.links[link].inertial) result_.mass_kg += robot_.links[link].inertial->at_centre.mass_kg;
+      const UrdfJoint& above = robot_.joints[*robot_.links[link].above];
+      if (above.type != UrdfJointType::fixed) result_.joints.push_back(above.name);
+    }
   }
 
   void place_tool() {
@@ -217,6 +304,9 @@ class Builder {
   const std::size_t flange_;
   std::array<std::size_t, 2> joint_{};  ///< left, right
   std::size_t hand_ = 0;
+  std::optional<FingerLinkage> linkage_;   ///< none: prismatic joints carry the fingers
+  std::array<Pose, 2> X_HL_;               ///< fingers as they are measured: at position zero, or half open
+  double opens_m_ = 0.0, closes_m_ = 0.0;  ///< change of the distance from there to both ends
   Vec3 y_H_ = Vec3::UnitY();
   Pose X_HG_;
   UrdfGripper result_;
@@ -241,6 +331,14 @@ void leave_out(UrdfArm& arm, const UrdfGripper& gripper, const std::string& flan
   }
 }
 
+/// The links that the gripper is, as the part of its mesh's name behind the file: the page does not draw them as links of the
+/// robot. Messages have room for 1024 letters of it.
+std::string links_of(const UrdfGripper& gripper, const std::string& name) {
+  constexpr std::size_t most = 800;
+  const std::string links = join(gripper.links, "+");
+  return links.size() <= most ? links : name;
+}
+
 }  // namespace
 
 UrdfGripper urdf_gripper(const UrdfArm& arm, const std::string& flange_link,
@@ -263,7 +361,7 @@ std::optional<Scenario> with_fingers(
       leave_out(arms[r], found, robot.flange_link);
       gripper.X_FG = found.X_FG;
       if (gripper.X_GT == Pose{}) gripper.X_GT = found.X_GT;
-      gripper.body_mesh = robot.urdf.string() + "#" + gripper.name;
+      gripper.body_mesh = robot.urdf.string() + "#" + links_of(found, gripper.name);
       gripper.jaw_mesh = gripper.body_mesh.string() + "/jaw";
       files.add(gripper.body_mesh, std::move(found.body));
       files.add(gripper.jaw_mesh, std::move(found.jaw));

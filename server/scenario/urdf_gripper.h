@@ -1,5 +1,5 @@
 #pragma once
-// A parallel gripper out of a URDF: two prismatic joints whose fingers travel in opposite directions.
+// A parallel gripper out of a URDF: two fingers that travel in opposite directions, on prismatic joints or by a linkage.
 #include <functional>
 #include <optional>
 #include <string>
@@ -18,16 +18,17 @@ struct UrdfGripper {
   Pose X_GT;  ///< of a fixed link whose name has "tcp"; else between the tips of the fingers
   std::vector<NamedMesh> body;  ///< in G
   std::vector<NamedMesh> jaw;   ///< of the left finger; the grip face is at y = 0
-  double max_width_m = 0.0;     ///< at the upper limits of the joints
+  double max_width_m = 0.0;     ///< at the limits of the joints
   double jaw_speed_m_per_s = 0.0, max_force_N = 0.0;
   double mass_kg = 0.0, jaw_mass_kg = 0.0;  ///< 0: the file has none
   std::vector<std::string> links, joints;   ///< of hand and fingers, which are not of the arm
   std::vector<std::string> remarks;  ///< what takt models in another way than the file, one sentence each
 };
 
-/// `fingers`: the names of two joints; empty: the two prismatic joints that the flange carries. Shapes are those of
-/// <collision>, of a link without them those of <visual>. Throws UrdfError for joints that are not two parallel prismatic
-/// ones on one link, and for links without shapes; MeshError for a mesh file that cannot be read.
+/// `fingers`: the names of two joints; empty: the two prismatic joints that the flange carries, else those of a linkage
+/// (finger_linkage.h), whose other links stand as a part of the body. Shapes are those of <collision>, of a link without
+/// them those of <visual>. Throws UrdfError for joints that are no such fingers, and for links without shapes; MeshError
+/// for a mesh file that cannot be read.
 UrdfGripper urdf_gripper(const UrdfArm& arm, const std::string& flange_link,
                          const std::vector<std::string>& fingers);
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "idl/common/text.h"
+#include "server/geometry/convex/convex_shape.h"
 
 namespace takt {
 
@@ -56,12 +57,14 @@ std::filesystem::path require_mesh_file(const UrdfRobot& robot, const UrdfShape&
                                         const std::string& where) {
   if (const auto file = robot.mesh_file(shape)) return *file;
   const std::string package = package_of(shape.filename);
-  robot.fail(shape.line, where + "<mesh>: filename: found '" + shape.filename +
-                             "'; allowed: an existing OBJ, STL or GLB file, " +
-                             (package.empty() ? "relative to the URDF file"
-                                              : "in the package '" + package +
-                                                    "', which is searched in the folders of --packages and "
-                                                    "AMENT_PREFIX_PATH, and above the URDF file"));
+  robot.fail(
+      shape.line,
+      where + "<mesh>: filename: found '" + shape.filename +
+          "'; allowed: an existing OBJ, STL, GLB or DAE file, " +
+          (package.empty() ? "relative to the URDF file"
+                           : "in the package '" + package +
+                                 "', which is searched in the folders of --packages and "
+                                 "AMENT_PREFIX_PATH or GZ_SIM_RESOURCE_PATH, and above the URDF file"));
 }
 
 void require_positive(const UrdfRobot& robot, const UrdfShape& shape, const std::string& where,
@@ -69,6 +72,16 @@ void require_positive(const UrdfRobot& robot, const UrdfShape& shape, const std:
   if (std::all_of(numbers.begin(), numbers.end(), [](double number) { return number > 0.0; })) return;
   robot.fail(shape.line, where + ": found '" + join(numbers, " ", exact_text) + "'; allowed: " +
                              (numbers.size() == 1 ? "a finite number > 0" : "3 finite numbers > 0"));
+}
+
+std::string make_solid(NamedMesh& object) {
+  RepairedMesh repaired = repair_mesh(object.mesh);
+  if (repaired.problem.empty()) {
+    object.mesh = std::move(repaired.mesh);
+    return {};
+  }
+  object.mesh = convex_hull_mesh(convex_hull_vertices(object.mesh.vertices));
+  return repaired.problem;
 }
 
 std::vector<NamedMesh> urdf_meshes(const UrdfRobot& robot, const UrdfLink& link, const Pose& X_AL) {

@@ -27,4 +27,8 @@ std::vector<NamedMesh> urdf_meshes(const UrdfRobot& robot, const std::string& na
                                    const std::vector<UrdfShape>& shapes, const std::string& where,
                                    const Pose& X_AL);
 
+/// Repairs the object. One that bounds no solid becomes its convex hull, and the result says why. Throws
+/// std::invalid_argument for one without a hull.
+std::string make_solid(NamedMesh& object);
+
 }  // namespace takt

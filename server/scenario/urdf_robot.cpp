@@ -1,57 +1,47 @@
 #include "server/scenario/urdf_robot.h"
 
-#include <tinyxml2.h>
-
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
-#include <locale>
 #include <map>
-#include <sstream>
 #include <string_view>
-#include <system_error>
 #include <utility>
 
-#include "idl/common/bounded_file.h"
-#include "idl/common/parse.h"
 #include "idl/common/text.h"
-#include "idl/common/utf8.h"
+#include "server/scenario/xml_file.h"
 
 namespace takt {
 
 namespace {
 
-using tinyxml2::XMLElement;
+using XMLElement = XmlFile::Element;
 
 constexpr std::array<const char*, 6> kJointTypes{"fixed",     "revolute", "continuous",
                                                  "prismatic", "floating", "planar"};
 
+constexpr std::string_view kRoot{"robot"};
 constexpr std::size_t kLargestUrdf_MB = 16;
 
 class Reader {
  public:
-  Reader(const std::filesystem::path& file, const PackageFolders& packages) {
+  Reader(const std::filesystem::path& file, const PackageFolders& packages) : xml_(file, kLargestUrdf_MB) {
     robot_.file = file;
     robot_.packages = packages;
   }
 
   UrdfRobot read() {
-    read_text();
-    tinyxml2::XMLDocument document;
-    if (document.Parse(robot_.text.data(), robot_.text.size()) != tinyxml2::XML_SUCCESS)
-      fail_at_xml(document);
-    const XMLElement* robot = document.FirstChildElement("robot");
-    if (robot == nullptr) fail_at_root(document.RootElement());
+    robot_.text = xml_.text();
+    const XMLElement* robot = xml_.root();
+    if (robot == nullptr || XmlFile::name(*robot) != kRoot) fail_at_root(robot);
     require_expanded(*robot);
     require(*robot, "name", "<robot>");
-    const std::string version = attribute(*robot, "version");
-    if (robot->Attribute("version") != nullptr && version != "1.0" && version != "1")
+    const std::string version = xml_.attribute(*robot, "version");
+    if (XmlFile::has(*robot, "version") && version != "1.0" && version != "1")
       fail(*robot, "<robot>: version: found '" + version + "'; allowed: 1.0");
-    for_each(*robot, "material", [&](const XMLElement& element) { read_material(element); });
-    for_each(*robot, "link", [&](const XMLElement& element) { read_link(element); });
+    XmlFile::for_each(*robot, "material", [&](const XMLElement& element) { read_material(element); });
+    XmlFile::for_each(*robot, "link", [&](const XMLElement& element) { read_link(element); });
     if (robot_.links.empty()) fail(*robot, "<robot>: found no <link>; at least one is needed");
-    for_each(*robot, "joint", [&](const XMLElement& element) { read_joint(element); });
+    XmlFile::for_each(*robot, "joint", [&](const XMLElement& element) { read_joint(element); });
     require_tree();
     return std::move(robot_);
   }
@@ -60,116 +50,72 @@ class Reader {
   using Names = std::map<std::string, std::size_t>;
 
   [[noreturn]] void fail(const XMLElement& element, const std::string& reason) const {
-    robot_.fail(element.GetLineNum(), reason);
-  }
-
-  [[noreturn]] void fail_at_xml(const tinyxml2::XMLDocument& document) const {
-    std::string reason = "elements are nested deeper than " + std::to_string(TINYXML2_MAX_ELEMENT_DEPTH);
-    if (document.ErrorID() != tinyxml2::XML_ELEMENT_DEPTH_EXCEEDED) {
-      reason = document.ErrorName();
-      if (reason.rfind("XML_ERROR_", 0) == 0) reason.erase(0, 10);
-      std::replace(reason.begin(), reason.end(), '_', ' ');
-      reason = "not well-formed XML: " + lower_text(reason);
-    }
-    robot_.fail(document.ErrorLineNum(), reason);
+    xml_.fail(element, reason);
   }
 
   [[noreturn]] void fail_at_root(const XMLElement* root) const {
     if (root == nullptr) robot_.fail(0, "found no element <robot>");
-    const std::string name = root->Name();
+    const std::string name = XmlFile::name(*root);
     if (name == "sdf")
-      fail(*root, "found <sdf>: an SDFormat file; allowed: a URDF file, whose root element is <robot>");
+      fail(*root,
+           "found <sdf>: an SDFormat file; allowed: a URDF file, whose root element is <robot>. 'takt-run "
+           "from-sdf " +
+               robot_.file.string() + " -o DIR' writes it as a scenario, with a URDF for each robot");
     fail(*root, "found <" + name + "> as the root element; allowed: <robot>");
   }
 
-  /// Fails for a file with macros of xacro.
-  void require_expanded(const XMLElement& element) const {
-    const std::string_view name = element.Name();
-    if (name.starts_with("xacro:"))
-      fail(element, "found <" + std::string(name) +
-                        ">: the file is a xacro, from which a URDF is made; allowed: a URDF, as 'xacro " +
-                        robot_.file.filename().string() + " > robot.urdf' writes it (ROS package xacro)");
-    for_each(element, nullptr, [&](const XMLElement& child) { require_expanded(child); });
+  /// Fails for a file with macros of xacro, with the command that expands it.
+  void require_expanded(const XMLElement& robot) const {
+    const XMLElement* macro = first_macro(robot);
+    if (macro == nullptr) return;
+    const std::filesystem::path& file = robot_.file;
+    std::filesystem::path expanded = file;
+    if (expanded.extension() == ".xacro") expanded.replace_extension();
+    if (expanded.extension() != ".urdf") expanded.replace_extension(".urdf");
+    if (expanded == file) expanded.replace_extension(".expanded.urdf");
+    std::string command = "xacro " + file.string();
+    XmlFile::for_each(robot, "xacro:arg", [&](const XMLElement& argument) {
+      if (!XmlFile::has(argument, "default")) command += " " + xml_.attribute(argument, "name") + ":=VALUE";
+    });
+    fail(*macro, "found <" + XmlFile::name(*macro) +
+                     ">: the file is a xacro, from which a URDF is made; allowed: a URDF, as '" + command +
+                     " > " + expanded.string() + "' writes it (ROS package xacro)");
   }
-
-  void read_text() {
-    std::error_code error;
-    if (!std::filesystem::is_regular_file(robot_.file, error)) robot_.fail(0, "there is no such file");
-    FileText read = read_bounded_file(robot_.file, kLargestUrdf_MB);
-    if (!read.problem.empty()) robot_.fail(0, read.problem);
-    robot_.text = std::move(read.text);
-    const std::string_view text = robot_.text;
-    const std::size_t end = std::min(find_invalid_utf8(text), text.find('\0'));
-    if (end < text.size())
-      robot_.fail(1 + static_cast<int>(std::count(text.begin(), text.begin() + static_cast<long>(end), '\n')),
-                  "found a byte that is not UTF-8, or zero; allowed: text in UTF-8");
-  }
-
-  template <class Function>
-  static void for_each(const XMLElement& parent, const char* name, Function function) {
-    const XMLElement* element = parent.FirstChildElement(name);
-    for (; element != nullptr; element = element->NextSiblingElement(name)) function(*element);
-  }
-
-  std::string attribute(const XMLElement& element, const char* name) const {
-    const char* value = element.Attribute(name);
-    if (value == nullptr) return {};
-    if (!validate_utf8(value, LineBreaks::allow))  // by a character reference
-      fail(element, std::string(name) + ": found '" + utf8_sanitize(value, 100) +
-                        "'; allowed: UTF-8 without control characters");
-    return value;
+  static const XMLElement* first_macro(const XMLElement& element) {
+    if (XmlFile::name(element).starts_with("xacro:")) return &element;
+    for (const XMLElement* child = XmlFile::child(element); child != nullptr; child = XmlFile::next(*child))
+      if (const XMLElement* macro = first_macro(*child)) return macro;
+    return nullptr;
   }
 
   std::string require(const XMLElement& element, const char* name, const std::string& where) const {
-    std::string value = attribute(element, name);
-    if (value.empty()) fail(element, where + ": " + name + ": found nothing; a text is needed");
-    return value;
+    return xml_.require(element, name, where);
   }
-
   const XMLElement& require_child(const XMLElement& element, const char* name,
                                   const std::string& where) const {
-    const XMLElement* child = element.FirstChildElement(name);
-    if (child == nullptr) fail(element, where + ": found no <" + name + ">, which is needed");
-    return *child;
+    return xml_.require_child(element, name, where);
   }
-
-  /// N finite numbers between white space.
   template <std::size_t N>
   std::array<double, N> numbers(const XMLElement& element, const char* name, const std::string& where) const {
-    const std::string value = attribute(element, name);
-    std::istringstream words(value);
-    words.imbue(std::locale::classic());
-    std::string word;
-    std::array<double, N> result{};
-    std::size_t count = 0;
-    bool valid = true;
-    for (; valid && words >> word; ++count) {
-      const auto number = finite_number(word);
-      valid = count < N && number;
-      if (valid) result[count] = *number;
-    }
-    if (valid && count == N) return result;
-    fail(element, where + ": " + name + ": found '" + value +
-                      "'; allowed: " + (N == 1 ? "a finite number" : std::to_string(N) + " finite numbers"));
+    return xml_.numbers<N>(element, xml_.attribute(element, name), where + ": " + name);
   }
-
   double number(const XMLElement& element, const char* name, const std::string& where) const {
     return numbers<1>(element, name, where)[0];
   }
 
   /// `missing` where the attribute is not there.
   double number(const XMLElement& element, const char* name, const std::string& where, double missing) const {
-    return element.Attribute(name) == nullptr ? missing : number(element, name, where);
+    return !XmlFile::has(element, name) ? missing : number(element, name, where);
   }
   Vec3 vector(const XMLElement& element, const char* name, const std::string& where,
               const Vec3& missing) const {
-    if (element.Attribute(name) == nullptr) return missing;
+    if (!XmlFile::has(element, name)) return missing;
     const auto v = numbers<3>(element, name, where);
     return {v[0], v[1], v[2]};
   }
 
   Pose origin(const XMLElement& parent, const std::string& where) const {
-    const XMLElement* element = parent.FirstChildElement("origin");
+    const XMLElement* element = XmlFile::child(parent, "origin");
     if (element == nullptr) return {};
     return {rotation_from_rpy(vector(*element, "rpy", where + ": <origin>", Vec3::Zero())),
             vector(*element, "xyz", where + ": <origin>", Vec3::Zero())};
@@ -185,14 +131,15 @@ class Reader {
 
   void read_link(const XMLElement& element) {
     UrdfLink link;
-    link.line = element.GetLineNum();
+    link.line = XmlFile::line(element);
     link.name = add_name(element, "link", links_, robot_.links.size());
     const std::string where = "link '" + link.name + "': ";
-    if (const XMLElement* inertial = element.FirstChildElement("inertial"))
+    if (const XMLElement* inertial = XmlFile::child(element, "inertial"))
       link.inertial = read_inertial(*inertial, where + "<inertial>");
-    for_each(element, "visual",
-             [&](const XMLElement& shape) { link.visuals.push_back(read_shape(shape, where + "<visual>")); });
-    for_each(element, "collision", [&](const XMLElement& shape) {
+    XmlFile::for_each(element, "visual", [&](const XMLElement& shape) {
+      link.visuals.push_back(read_shape(shape, where + "<visual>"));
+    });
+    XmlFile::for_each(element, "collision", [&](const XMLElement& shape) {
       link.collisions.push_back(read_shape(shape, where + "<collision>"));
     });
     robot_.links.push_back(std::move(link));
@@ -200,7 +147,7 @@ class Reader {
 
   UrdfInertial read_inertial(const XMLElement& element, const std::string& where) const {
     UrdfInertial inertial;
-    inertial.line = element.GetLineNum();
+    inertial.line = XmlFile::line(element);
     inertial.X_LC = origin(element, where);
     inertial.at_centre.mass_kg = number(require_child(element, "mass", where), "value", where + ": <mass>");
     const XMLElement& tensor = require_child(element, "inertia", where);
@@ -214,32 +161,29 @@ class Reader {
   /// The colour of a <material>, or that of the one of its name that stands elsewhere. A picture may lack colours: what is
   /// no colour is passed over.
   std::optional<std::array<float, 3>> read_material(const XMLElement& element) {
-    const char* name = element.Attribute("name");
-    std::optional<std::array<float, 3>>& known = colors_[name == nullptr ? "" : name];
-    const XMLElement* color = element.FirstChildElement("color");
-    if (color == nullptr) return name == nullptr ? std::nullopt : known;
-    std::istringstream text(attribute(*color, "rgba"));
-    text.imbue(std::locale::classic());
+    const std::string name = xml_.attribute(element, "name");
+    std::optional<std::array<float, 3>>& known = colors_[name];
+    const XMLElement* color = XmlFile::child(element, "color");
+    if (color == nullptr) return name.empty() ? std::nullopt : known;
+    const auto rgba = XmlFile::finite_numbers(xml_.attribute(*color, "rgba"));
+    if (!rgba || rgba->size() < 3) return std::nullopt;
     std::array<float, 3> rgb{};
-    for (float& part : rgb) {
-      text >> part;
-      part = std::clamp(part, 0.0F, 1.0F);
-    }
-    if (!text) return std::nullopt;
+    for (std::size_t i = 0; i < rgb.size(); ++i)
+      rgb[i] = static_cast<float>(std::clamp((*rgba)[i], 0.0, 1.0));
     known = rgb;
     return rgb;
   }
 
   UrdfShape read_shape(const XMLElement& element, const std::string& where) {
-    const XMLElement* geometry = element.FirstChildElement("geometry");
-    const XMLElement* kind = geometry != nullptr ? geometry->FirstChildElement() : nullptr;
+    const XMLElement* geometry = XmlFile::child(element, "geometry");
+    const XMLElement* kind = geometry != nullptr ? XmlFile::child(*geometry) : nullptr;
     if (kind == nullptr)
       fail(element, where + ": found no geometry; allowed: <geometry> with box, cylinder, sphere or mesh");
-    const std::string name = kind->Name(), of = where + ": <" + name + ">";
+    const std::string name = XmlFile::name(*kind), of = where + ": <" + name + ">";
     UrdfShape shape;
-    shape.line = kind->GetLineNum();
+    shape.line = XmlFile::line(*kind);
     shape.X_LS = origin(element, where);
-    if (const XMLElement* material = element.FirstChildElement("material"))
+    if (const XMLElement* material = XmlFile::child(element, "material"))
       shape.color = read_material(*material);
     if (name == "box") {
       const auto size = numbers<3>(*kind, "size", of);
@@ -273,7 +217,7 @@ class Reader {
   void read_joint(const XMLElement& element) {
     UrdfJoint joint;
     const std::size_t index = robot_.joints.size();
-    joint.line = element.GetLineNum();
+    joint.line = XmlFile::line(element);
     joint.name = add_name(element, "joint", joints_, index);
     const std::string type = require(element, "type", "joint '" + joint.name + "'");
     const auto known = std::find(kJointTypes.begin(), kJointTypes.end(), type);
@@ -285,13 +229,13 @@ class Reader {
     joint.X_PJ = origin(element, where);
     joint.parent = read_end(element, "parent", where);
     joint.child = read_end(element, "child", where);
-    if (const XMLElement* axis = element.FirstChildElement("axis"))
+    if (const XMLElement* axis = XmlFile::child(element, "axis"))
       joint.axis = vector(*axis, "xyz", where + ": <axis>", Vec3::UnitX());
-    if (const XMLElement* limit = element.FirstChildElement("limit"))
+    if (const XMLElement* limit = XmlFile::child(element, "limit"))
       joint.limit = read_limit(*limit, where + ": <limit>");
     else if (joint.type == UrdfJointType::revolute || joint.type == UrdfJointType::prismatic)
       fail(element, where + ": found no <limit>; lower, upper, velocity and effort are needed");
-    if (const XMLElement* mimic = element.FirstChildElement("mimic"))
+    if (const XMLElement* mimic = XmlFile::child(element, "mimic"))
       read_mimic(*mimic, where + ": <mimic>", joint);
     UrdfLink& child = robot_.links[joint.child];
     if (child.above)
@@ -312,7 +256,7 @@ class Reader {
   UrdfLimit read_limit(const XMLElement& element, const std::string& where) const {
     return {number(element, "lower", where, 0.0), number(element, "upper", where, 0.0),
             number(element, "velocity", where, 0.0), number(element, "effort", where, 0.0),
-            element.GetLineNum()};
+            XmlFile::line(element)};
   }
 
   /// Each link has at most one joint above it, so a walk down from the one root visits all links except those
@@ -341,6 +285,7 @@ class Reader {
                                   "'; a robot is a tree without loops");
   }
 
+  const XmlFile xml_;
   UrdfRobot robot_;
   Names links_, joints_;
   std::map<std::string, std::optional<std::array<float, 3>>> colors_;  ///< of materials by name
@@ -359,7 +304,7 @@ std::size_t UrdfRobot::find_link(const std::string& name) const {
 }
 
 std::string UrdfRobot::place(int line) const {
-  return file.string() + ": " + (line > 0 ? "line " + std::to_string(line) + ": " : "");
+  return place_in(file, line);
 }
 
 void UrdfRobot::fail(int line, const std::string& reason) const {

@@ -1,7 +1,6 @@
 #pragma once
 // A URDF file as a tree of links and joints: read once, strictly, into one model. It is the source of an
-// arm's kinematics and dynamics (urdf_arm.h) and of the shapes of collision checking (urdf_collision.h). Only
-// this file's source uses tinyxml2.
+// arm's kinematics and dynamics (urdf_arm.h) and of the shapes of collision checking (urdf_collision.h).
 //
 // Frames and units are those of URDF: m, rad, kg, N, N m. L is the frame of a link, J that of the joint above
 // it at position zero (the same frame), P the frame of the link that carries the joint. Rotations are
@@ -11,21 +10,17 @@
 #include <cstddef>
 #include <filesystem>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "idl/common/ros_packages.h"
 #include "plant_models/mechanics/multibody_tree.h"
 #include "plant_models/spatial.h"
-#include "server/scenario/ros_packages.h"
+#include "server/scenario/description_error.h"
 
 namespace takt {
 
-/// what() has the file, the line, the element, the value found and the values allowed.
-class UrdfError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
+using UrdfError = DescriptionError;
 
 struct UrdfInertial {
   Pose X_LC;              ///< centre of mass and axes of the tensor

@@ -4,6 +4,7 @@
 
 #include <fstream>
 
+#include "idl/common/ros_packages.h"
 #include "tests/support/temporary_directory.h"
 
 namespace takt::view {
@@ -47,6 +48,31 @@ TEST(RobotFiles, OnlyDrawableFilesBelowTheFolderAreServed) {
     EXPECT_FALSE(files.find(address).has_value()) << address;
   EXPECT_FALSE(RobotFiles().find("relative/meshes/link.STL").has_value());
   EXPECT_FALSE(RobotFiles().any());
+}
+
+TEST(RobotFiles, PackagesAreFoundAsRobotDescriptionsFindThem) {
+  const test::TemporaryDirectory directory;
+  const fs::path root = fs::canonical(directory / ".");
+  for (const char* folder : {"src/Arm_ROS2/meshes", "src/vendor/hand/meshes", "opt/share/base/meshes"}) {
+    fs::create_directories(root / folder);
+    std::ofstream(root / folder / "link.stl") << "x";
+  }
+  std::ofstream(root / "src/Arm_ROS2/package.xml") << "<package><name>arm_description</name></package>";
+  std::ofstream(root / "src/vendor/hand/package.xml") << "<package><name>hand_description</name></package>";
+  const std::vector<fs::path> folders{root / "src", root / "opt"};
+  const RobotFiles files(folders);
+  for (const auto& [package, place] :
+       {std::pair{"arm_description", "src/Arm_ROS2"}, std::pair{"hand_description", "src/vendor/hand"},
+        std::pair{"base", "opt/share/base"}}) {
+    const fs::path expected = root / place / "meshes/link.stl";
+    const std::string path = std::string(package) + "/meshes/link.stl";
+    EXPECT_EQ(files.find("package/" + path), expected);
+    EXPECT_EQ(find_mesh_file("package://" + path, root / "robot.urdf", folders), expected);
+    // xacro writes the places of the machine that it ran on.
+    EXPECT_EQ(files.find("absolute/elsewhere/share/" + path), expected);
+  }
+  EXPECT_FALSE(files.find("package/arm/meshes/link.stl").has_value());
+  EXPECT_FALSE(files.find("package/arm_description/(up)/(up)/secret.stl").has_value());
 }
 
 }  // namespace

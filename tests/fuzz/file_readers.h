@@ -11,11 +11,12 @@
 
 #include "server/geometry/mesh/import.h"
 #include "server/scenario/scenario_reader.h"
+#include "server/scenario/sdf_cell.h"
 #include "server/scenario/urdf_collision.h"
 
 namespace takt::test {
 
-inline const std::vector<std::string> kFuzzedFormats{"obj", "stl", "glb", "urdf", "yaml"};
+inline const std::vector<std::string> kFuzzedFormats{"obj", "stl", "glb", "dae", "urdf", "sdf", "yaml"};
 
 namespace fuzzing {
 
@@ -41,6 +42,8 @@ inline std::string read_fuzzed(const std::string& format, const std::filesystem:
   try {
     if (format == "urdf") {
       fuzzing::read_urdf(file);
+    } else if (format == "sdf") {
+      (void)sdf_cell(read_sdf(file), file.parent_path());
     } else if (format == "yaml") {
       (void)read_scenario(file);
     } else {
@@ -65,7 +68,7 @@ inline std::string read_fuzzed_bytes(const std::string& format, const std::files
   return read_fuzzed(format, file);
 }
 
-/// The files that a scenario or a robot of the corpus may name: "part.obj" and "arm.urdf".
+/// The files that a scenario, a robot or a world of the corpus may name: "part.obj", "arm.urdf", "model.sdf".
 inline void write_named_files(const std::filesystem::path& directory) {
   std::ofstream(directory / "part.obj")
       << "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
@@ -73,6 +76,8 @@ inline void write_named_files(const std::filesystem::path& directory) {
       << "<robot name='r'><link name='base_link'/><link name='tool0'/>"
          "<joint name='j' type='revolute'><parent link='base_link'/><child link='tool0'/>"
          "<limit lower='-1' upper='1' velocity='1' effort='1'/></joint></robot>\n";
+  std::ofstream(directory / "model.sdf")
+      << "<sdf version='1.6'><model name='m'><link name='l'/></model></sdf>\n";
 }
 
 }  // namespace takt::test

@@ -10,11 +10,11 @@ formats=()
 while (($#)); do
   case $1 in
     --minutes) minutes=$2; shift 2 ;;
-    obj | stl | glb | urdf | yaml | rtde | urscript) formats+=("$1"); shift ;;
-    *) echo "files: unknown word '$1'; there are --minutes N (for each format), obj, stl, glb, urdf, yaml, rtde, urscript" >&2; exit 2 ;;
+    obj | stl | glb | dae | urdf | sdf | yaml | rtde | urscript) formats+=("$1"); shift ;;
+    *) echo "files: unknown word '$1'; there are --minutes N (for each format), obj, stl, glb, dae, urdf, sdf, yaml, rtde, urscript" >&2; exit 2 ;;
   esac
 done
-((${#formats[@]})) || formats=(obj stl glb urdf yaml rtde urscript)
+((${#formats[@]})) || formats=(obj stl glb dae urdf sdf yaml rtde urscript)
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 status=0

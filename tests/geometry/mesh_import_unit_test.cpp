@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
@@ -211,14 +212,82 @@ TEST_F(MeshImport, NodeTransformsAreAppliedAndMirroredFacesTurned) {
   EXPECT_NEAR(volume_properties(import_solid(mirrored)).volume, 1.0 / 6.0, 1e-14);
 }
 
+/// A tetrahedron with the corners 0, x, y, z, in triangles and a polygon list; `scene` instantiates it as #g.
+std::string dae(const std::string& scene, const std::string& unit = "1",
+                const std::string& list = "<vcount>3 3</vcount><p>0 3 2 1 2 3</p>") {
+  return "<?xml version='1.0'?><COLLADA version='1.4.1'><asset><unit meter='" + unit +
+         "'/><up_axis>Y_UP</up_axis></asset>\n<library_geometries><geometry id='g' name='part'><mesh>"
+         "<source id='s'><float_array count='12'>0 0 0  1 0 0\n0 1 0  0 0 1</float_array><technique_common>"
+         "<accessor stride='3'/></technique_common></source><vertices id='v'><input semantic='POSITION' "
+         "source='#s'/>"
+         "</vertices>\n<triangles><input semantic='NORMAL' source='#s' offset='1'/><input semantic='VERTEX' "
+         "source='#v' "
+         "offset='0'/><p>0 9 2 9 1 9  0 9 1 9 3 9</p></triangles>\n<polylist><input semantic='VERTEX' "
+         "source='#v' "
+         "offset='0'/>" +
+         list +
+         "</polylist></mesh></geometry></library_geometries>"
+         "<library_nodes><node id='n'><instance_geometry url='#g'/></node></library_nodes>\n"
+         "<library_visual_scenes><visual_scene id='scene'>" +
+         scene +
+         "</visual_scene></library_visual_scenes><scene><instance_visual_scene "
+         "url='#scene'/></scene></COLLADA>";
+}
+
+TEST_F(MeshImport, ColladaScenesAreReadInMetres) {
+  const auto whole = [&](const std::string& text) {
+    return volume_properties(import_solid(write("a.dae", text)));
+  };
+  const VolumeProperties plain = whole(dae("<node><instance_geometry url='#g'/></node>"));
+  EXPECT_NEAR(plain.volume, 1.0 / 6.0, 1e-15);
+  EXPECT_LT((plain.p_BBcm - Vec3(0.25, 0.25, 0.25)).norm(), 1e-15);  // y up or not
+  // In inches: moved by 1 2 3, turned by 90 degrees about z, scaled by 1 1 2, and an instance of a node.
+  const VolumeProperties moved =
+      whole(dae("<node><translate>1 2 3</translate><rotate>0 0 1 90</rotate><scale>1 1 2</scale>"
+                "<instance_node url='#n'/></node>",
+                "0.0254"));
+  EXPECT_NEAR(moved.volume, std::pow(0.0254, 3) / 3.0, 1e-18);
+  EXPECT_LT((moved.p_BBcm - 0.0254 * Vec3(0.75, 2.25, 3.5)).norm(), 1e-8);
+  const VolumeProperties mirrored = whole(
+      dae("<node><matrix>-1 0 0 5 0 1 0 0 0 0 1 0 0 0 0 1</matrix><instance_geometry url='#g'/></node>"));
+  EXPECT_NEAR(mirrored.volume, 1.0 / 6.0, 1e-12);  // outward still
+  EXPECT_LT((mirrored.p_BBcm - Vec3(4.75, 0.25, 0.25)).norm(), 1e-6);
+  EXPECT_EQ(import_mesh_objects(
+                write("b.dae", dae("<node><instance_geometry url='#g'/><node><translate>3 0 0</translate>"
+                                   "<instance_geometry url='#g'/></node></node>")))
+                .size(),
+            2u);
+}
+
+TEST_F(MeshImport, FaultsOfColladaAreNamedWithTheirLine) {
+  const std::string node = "<node><instance_geometry url='#g'/></node>";
+  EXPECT_THAT(refusal_of("a.dae", "<COLLADA"), HasSubstr("not well-formed XML"));
+  EXPECT_THAT(refusal_of("b.dae", "<svg/>"), HasSubstr("the root element is not <COLLADA>"));
+  EXPECT_THAT(refusal_of("c.dae", dae("")), HasSubstr("no faces"));
+  EXPECT_THAT(refusal_of("d.dae", dae("<node><instance_geometry url='#x'/></node>")),
+              HasSubstr("<instance_geometry>: found '#x'; allowed: # and the id of a <geometry>"));
+  EXPECT_THAT(refusal_of("e.dae", dae(node, "0")),
+              HasSubstr("line 1: <unit>: meter: found '0'; allowed: a number > 0"));
+  EXPECT_THAT(refusal_of("f.dae", dae(node, "1", "<vcount>3 4</vcount><p>0 3 2 1 2 3</p>")),
+              HasSubstr("line 5: <p>: <vcount> does not fit the number of corners"));
+  EXPECT_THAT(refusal_of("g.dae", dae(node, "1", "<vcount>3</vcount><p>0 3 4</p>")),
+              HasSubstr("line 5: <p>: index 4 is out of range; there are 4 positions"));
+  EXPECT_THAT(refusal_of("h.dae", dae(node, "1", "<vcount>3</vcount><p>0 3 x</p>")),
+              HasSubstr("<p>: found 'x'; allowed: numbers between white space"));
+  EXPECT_THAT(refusal_of("i.dae", dae("<node id='m'><instance_node url='#m'/></node>")),
+              HasSubstr("nodes are nested in themselves"));
+  EXPECT_THAT(refusal_of("j.dae", dae("<node><lookat>0 0 0 0 0 0 0 0 0</lookat></node>")),
+              HasSubstr("<lookat>: this transformation is not supported"));
+}
+
 TEST_F(MeshImport, OtherFilesThanMeshesAreRefused) {
   EXPECT_THAT(refusal(directory_ / "missing.obj"), HasSubstr("no such file"));
   EXPECT_THAT(refusal(directory_), HasSubstr("not supported"));
   fs::create_directories(directory_ / "folder.obj");
   EXPECT_THAT(refusal(directory_ / "folder.obj"), HasSubstr("not a regular file"));
   EXPECT_THAT(refusal_of("a.step", "ISO-10303-21;"),
-              HasSubstr("'.step' is not supported; allowed are .obj, .stl and .glb"));
-  for (const char* name : {"a.obj", "a.stl", "a.glb"}) {
+              HasSubstr("'.step' is not supported; allowed are .obj, .stl, .glb and .dae"));
+  for (const char* name : {"a.obj", "a.stl", "a.glb", "a.dae"}) {
     EXPECT_THAT(refusal_of(name, ""), HasSubstr("empty"));
     EXPECT_THAT(refusal_of(name, " \n\n"), HasSubstr("empty"));
   }

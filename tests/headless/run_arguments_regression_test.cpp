@@ -61,6 +61,7 @@ TEST(RunArguments, ACommandRefusesTheOptionsOfOthers) {
         "--tolerance", "--duration", "--program"}},
       {{"verify", "x.yaml"}, {"--output", "--scene"}},
       {{"compare", "a.json", "b.json"}, {"--limit", "--report"}},
+      {{"from-sdf", "x.sdf", "-o", "d"}, {"--output", "--leave-out-missing"}},
       {{"check-mesh", "x.obj"}, {"--scale", "--element-edge"}},
       {{"replay", "x.taktlog"}, {"--threads"}},
       {{"write-scenario", "x.yaml", "y.yaml"}, {"--set", "--lod", "--solver", "--step", "--tolerance"}},
@@ -101,10 +102,11 @@ TEST(RunArguments, FlagsBelongToTheCommandsThatUseThem) {
 }
 
 TEST(RunArguments, AnUnknownCommandListsThoseThereAre) {
-  EXPECT_THAT(output_of({"nosuch"}, 2), AllOf(HasSubstr("There is no command 'nosuch'. Commands: run, study, "
-                                                        "verify, replay, export-fmu, compare, check-mesh, "
-                                                        "write-scenario, schema, reference."),
-                                              Not(HasSubstr("takt-run run"))));
+  EXPECT_THAT(output_of({"nosuch"}, 2),
+              AllOf(HasSubstr("There is no command 'nosuch'. Commands: run, study, "
+                              "verify, replay, export-fmu, from-sdf, compare, check-mesh, "
+                              "write-scenario, schema, reference."),
+                    Not(HasSubstr("takt-run run"))));
   EXPECT_THAT(output_of({"replai", "x.taktlog"}, 2), HasSubstr("Did you mean 'replay'?"));
   EXPECT_THAT(output_of({"x.yaml", "--quiet"}, 2),
               AllOf(HasSubstr("There is no command 'x.yaml'."), HasSubstr("use 'takt-run run x.yaml'.")));

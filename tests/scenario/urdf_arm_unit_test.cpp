@@ -258,7 +258,20 @@ TEST_F(UrdfArmOfAFile, NamesOtherFormats) {
   EXPECT_THAT(error_of("<robot name='r' xmlns:xacro='http://ros.org/wiki/xacro'>\n<link name='a'/>\n"
                        "<xacro:include filename='x.xacro'/></robot>"),
               AllOf(HasSubstr("line 3: found <xacro:include>: the file is a xacro"),
-                    HasSubstr("xacro " + path_.filename().string() + " > robot.urdf")));
+                    HasSubstr("'xacro " + path_.string() + " > ")));
+  // As ROS packages have it: the command states the arguments that the file asks for.
+  const std::filesystem::path macros = path_.parent_path() / "arm.urdf.xacro";
+  std::ofstream(macros)
+      << "<robot name='r' xmlns:xacro='http://ros.org/wiki/xacro'>\n<xacro:arg name='type'/>\n"
+         "<xacro:arg name='prefix' default=''/><xacro:arm/></robot>";
+  try {
+    read_urdf(macros);
+    ADD_FAILURE() << "no error";
+  } catch (const UrdfError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("'xacro " + macros.string() + " type:=VALUE > " +
+                                        (path_.parent_path() / "arm.urdf").string() + "' writes it"));
+  }
+  std::filesystem::remove(macros);
   EXPECT_THAT(error_of("<robot name='r'><link name='a'><xacro:if value='1'/></link></robot>"),
               HasSubstr("<xacro:if>"));
   EXPECT_THAT(error_of("<sdf version='1.9'><model name='m'/></sdf>"),

@@ -3,6 +3,9 @@
 
 #include <gmock/gmock.h>
 
+#include <cmath>
+
+#include "idl/common/text.h"
 #include "server/scenario/scenario_builder.h"
 #include "server/simulation/step/simulation.h"
 #include "tests/support/temporary_directory.h"
@@ -110,6 +113,103 @@ TEST_F(UrdfGripperOfAFile, OtherFingersAreRefused) {
   EXPECT_THAT(error(panda_like(), {"finger1", "lift"}),
               AllOf(HasSubstr("joint 'lift'"), HasSubstr("those are 'finger1', 'finger2'")));
   EXPECT_THAT(error(panda_like(), {"finger1", "none"}), HasSubstr("found 1 joints"));
+}
+
+/// A lift that carries a palm with two cranks of length r = 60 mm, 20 mm beside the middle. The crank of the left finger is
+/// upright where the drive is at 0. Pads stand upright at all positions; their joints are turned by 0.3 rad against the
+/// cranks. The pads meet where the cranks lean inward by asin(1/3).
+std::string four_bar(const std::string& left_tip = "<mimic joint='drive' multiplier='-1' offset='0.3'/>",
+                     const std::string& right_crank = "<mimic joint='drive' multiplier='-1'/>") {
+  const auto limit = [](const char* range) {
+    return std::string("<limit ") + range + " effort='6' velocity='0.5'/>";
+  };
+  const std::string about_x = "<axis xyz='-1 0 0'/>", wide = limit("lower='-2' upper='2'");
+  const std::string crank = box_of("collision", "0.01 0.01 0.06", "0 0 0.03") + mass_of(0.02);
+  return "<robot name='r'>" + link_of("base", box_of("collision", "0.2 0.2 0.1")) +
+         link_of("palm", box_of("collision", "0.06 0.1 0.05", "0 0 -0.025") + mass_of(0.5)) +
+         link_of("left_crank", crank) + link_of("right_crank", crank) +
+         link_of("left_pad", box_of("collision", "0.02 0.01 0.04", "0 0.005 0.02") + mass_of(0.03)) +
+         link_of("right_pad", box_of("collision", "0.02 0.01 0.04", "0 -0.005 0.02") + mass_of(0.03)) +
+         joint_of("lift", "prismatic", "base", "palm",
+                  "<origin xyz='0 0 0.3'/><axis xyz='0 0 1'/><limit lower='0' upper='1' effort='500' "
+                  "velocity='1'/>") +
+         joint_of("drive", "revolute", "palm", "left_crank",
+                  "<origin xyz='0 0.02 0'/>" + about_x + limit("lower='-0.4' upper='0.6'")) +
+         joint_of("right_drive", "revolute", "palm", "right_crank",
+                  "<origin xyz='0 -0.02 0'/>" + about_x + wide + right_crank) +
+         joint_of("left_tip", "revolute", "left_crank", "left_pad",
+                  "<origin xyz='0 0 0.06' rpy='0.3 0 0'/>" + about_x + wide + left_tip) +
+         joint_of("right_tip", "revolute", "right_crank", "right_pad",
+                  "<origin xyz='0 0 0.06' rpy='-0.3 0 0'/>" + about_x + wide +
+                      "<mimic joint='right_drive' multiplier='-1' offset='-0.3'/>") +
+         "</robot>\n";
+}
+
+class UrdfGripperOfALinkage : public UrdfGripperOfAFile {
+ protected:
+  UrdfGripper read_linkage(const std::string& text, const std::vector<std::string>& fingers = {}) {
+    directory_.write("r.urdf", text);
+    return urdf_gripper(read_urdf_arm(directory_ / "r.urdf", "base", "palm"), "palm", fingers);
+  }
+  std::string linkage_error(const std::string& text, const std::vector<std::string>& fingers = {}) {
+    try {
+      read_linkage(text, fingers);
+    } catch (const UrdfError& e) {
+      return e.what();
+    }
+    return "no error";
+  }
+};
+
+TEST_F(UrdfGripperOfALinkage, OpensAsItsCranksDo) {
+  const UrdfGripper gripper = read_linkage(four_bar());
+  const double r = 0.06, open = r * std::sin(0.6), closed = r * std::sin(-0.4),
+               middle = 0.5 * (open + closed);
+  EXPECT_NEAR(gripper.max_width_m, 2.0 * (0.02 + open), 1e-12);
+  EXPECT_NEAR(gripper.jaw_speed_m_per_s, (open - closed) / 1.0 * 0.5, 1e-12);
+  EXPECT_NEAR(gripper.max_force_N, 6.0 / (2.0 * r), 1e-2);  // least where a crank is upright
+  EXPECT_NEAR(gripper.mass_kg, 0.5 + 2 * (0.02 + 0.03), 1e-12);
+  EXPECT_NEAR(gripper.jaw_mass_kg, 0.03, 1e-12);
+  EXPECT_THAT(gripper.links,
+              UnorderedElementsAre("palm", "left_crank", "right_crank", "left_pad", "right_pad"));
+  EXPECT_THAT(gripper.joints, UnorderedElementsAre("drive", "right_drive", "left_tip", "right_tip"));
+  // G is upright on the palm, y to the left finger. The pad is where half of the opening is left.
+  EXPECT_LT((gripper.X_FG.R - Mat3::Identity()).norm(), 1e-12);
+  EXPECT_LT(gripper.X_FG.p.norm(), 1e-12);
+  const double height = std::sqrt(r * r - middle * middle);
+  ASSERT_EQ(gripper.jaw.size(), 1u);
+  const Aabb pad = bounds_of(gripper.jaw[0].mesh);
+  EXPECT_LT((pad.lower - Vec3(-0.01, 0.0, height)).norm(), 1e-9);
+  EXPECT_LT((pad.upper - Vec3(0.01, 0.01, height + 0.04)).norm(), 1e-9);
+  ASSERT_EQ(gripper.body.size(), 3u);  // palm and cranks
+  // What takt does not model: both rises, from cos and from the middle.
+  ASSERT_EQ(gripper.remarks.size(), 1u);
+  EXPECT_THAT(gripper.remarks[0],
+              AllOf(HasSubstr("r.urdf: line "),
+                    HasSubstr(number_text(height - r * std::cos(0.6), 3) + " m when they open"),
+                    HasSubstr(number_text(height - r * std::cos(0.4), 3) + " m when they close")));
+}
+
+TEST_F(UrdfGripperOfALinkage, TheFirstNamedFingerIsTheLeftOne) {
+  const UrdfGripper gripper = read_linkage(four_bar(), {"right_tip", "left_tip"});
+  EXPECT_NEAR(gripper.max_width_m, 2.0 * (0.02 + 0.06 * std::sin(0.6)), 1e-12);
+  EXPECT_LT((gripper.X_FG.R - Vec3(-1.0, -1.0, 1.0).asDiagonal().toDenseMatrix()).norm(), 1e-12);
+}
+
+TEST_F(UrdfGripperOfALinkage, OthersAreRefusedWithWhatToWrite) {
+  EXPECT_THAT(linkage_error(four_bar("<mimic joint='drive' multiplier='-0.5'/>")),
+              AllOf(HasSubstr("found 1 joints"), HasSubstr("'left_tip' turns its link by 0.5 rad"),
+                    HasSubstr("state body_mesh, jaw_mesh, max_width_m")));
+  EXPECT_THAT(linkage_error(
+                  four_bar("<mimic joint='drive' multiplier='-1' offset='0.3'/>", "<mimic joint='drive'/>")),
+              AllOf(HasSubstr("'drive' moves the fingers 'left_tip' and 'right_tip' by the same way"),
+                    HasSubstr("opposite")));
+  EXPECT_THAT(linkage_error(four_bar("<mimic joint='drive' multiplier='-1' offset='0.3'/>", "")),
+              HasSubstr("the fingers follow the joints 'drive' and 'right_drive'"));
+  EXPECT_THAT(linkage_error(four_bar(), {"left_tip", "drive"}), HasSubstr("'drive'"));
+  EXPECT_THAT(linkage_error(four_bar(), {"left_tip", "lift"}),
+              HasSubstr("found 'lift'; allowed: the moving joints below the flange, 'drive', 'right_drive'"));
+  EXPECT_THAT(linkage_error(four_bar("<mimic joint='left_tip'/>")), HasSubstr("lead back to it"));
 }
 
 TEST_F(UrdfGripperOfAFile, TheCellHasItAndItGrips) {

@@ -1,5 +1,6 @@
 // A robot whose URDF names mesh files (STL beside it, OBJ and DAE by package://) in takt view: drawn where its joints put
-// them, from the folders that were allowed and from nowhere else.
+// them, from the folders that were allowed and from nowhere else. Joints beside its chain stand where takt has them, and the
+// links of its gripper are drawn as that gripper alone.
 import {strict as assert} from 'node:assert';
 import {mkdirSync, symlinkSync, writeFileSync} from 'node:fs';
 import {chromium, executable} from './browser.mjs';
@@ -24,9 +25,14 @@ const link = (name, mesh) => `<link name="${name}"><inertial><mass value="1"/><i
 const urdf = `<?xml version="1.0"?><robot name="drawn">${link('base_link', '../meshes/base.stl')}${link('arm', 'package://drawn_robot/meshes/arm_one.obj')}
 ${link('hand', 'package://drawn_robot/meshes/hand.dae')}${link('tool', 'package://elsewhere/meshes/tool.stl')}
 <joint name="j1" type="revolute"><parent link="base_link"/><child link="arm"/><origin xyz="0 0 0.1"/><axis xyz="0 0 1"/><limit lower="-3.2" upper="3.2" effort="100" velocity="3"/></joint>
-<joint name="j2" type="fixed"><parent link="arm"/><child link="hand"/></joint><joint name="j3" type="fixed"><parent link="hand"/><child link="tool"/></joint></robot>`;
+<joint name="j2" type="fixed"><parent link="arm"/><child link="hand"/></joint><joint name="j3" type="fixed"><parent link="hand"/><child link="tool"/></joint>
+${['palm', 'left', 'right'].map((name, i) => `<link name="${name}"><visual><origin xyz="0 ${[0, 0.01, -0.01][i]} ${i ? 0.05 : 0}"/><geometry><box size="0.04 ${i ? 0.01 : 0.1} 0.05"/></geometry></visual></link>`).join('')}
+<joint name="j4" type="fixed"><origin xyz="0.6 0 0"/><parent link="hand"/><child link="palm"/></joint>
+${['left', 'right'].map((name, i) => `<joint name="${name}_finger" type="prismatic"><parent link="palm"/><child link="${name}"/><axis xyz="0 ${1 - 2 * i} 0"/><limit lower="0" upper="0.03" effort="10" velocity="0.1"/></joint>`).join('')}
+<link name="lid"/><link name="cover"/><joint name="hinge" type="revolute"><parent link="base_link"/><child link="lid"/><axis xyz="0 1 0"/><limit lower="0.2" upper="1" effort="1" velocity="1"/></joint>
+<joint name="follower" type="revolute"><parent link="lid"/><child link="cover"/><axis xyz="0 1 0"/><limit lower="0" upper="1" effort="1" velocity="1"/><mimic joint="hinge" multiplier="-2" offset="0.1"/></joint></robot>`;
 const scenario = `takt_scenario: 1\nname: drawn\nduration_s: 1\nsolver: {method: rk2, step_s: 0.001}\nprocesses: {cell: {level_of_detail: 1, members: all}}
-robots:\n  Drawn:\n    urdf: ../drawn_robot/urdf/drawn.urdf\n    base_link: base_link\n    flange_link: hand\n    initial_joints_deg: [90]\n    pose: {position_m: [1, 2, 3]}\n`;
+robots:\n  Drawn:\n    urdf: ../drawn_robot/urdf/drawn.urdf\n    base_link: base_link\n    flange_link: hand\n    initial_joints_deg: [90]\n    pose: {position_m: [1, 2, 3]}\ngrippers:\n  Hand: {robot: Drawn, fingers: auto}\n`;
 
 mkdirSync('robots/drawn_robot/urdf', {recursive: true});
 mkdirSync('robots/drawn_robot/meshes');
@@ -62,7 +68,10 @@ const boxes = () => page.evaluate(() => {
     model.traverse((part) => {
       if (!part.isMesh) return;
       let link = part;
-      while (!link.isURDFLink) link = link.parent;
+      while (!link.isURDFLink) {
+        if (!link.visible) return;
+        link = link.parent;
+      }
       const box = (found[link.urdfName] ??= {min: [1e9, 1e9, 1e9], max: [-1e9, -1e9, -1e9]});
       const position = part.geometry.attributes.position;
       for (let i = 0; i < position.count; ++i) {
@@ -76,7 +85,7 @@ const boxes = () => page.evaluate(() => {
 await page.waitForFunction(() => {
   let meshes = 0;
   for (const {model} of takt.cell.robots) model.traverse((part) => { meshes += part.isMesh ? 1 : 0; });
-  return takt.last.state && meshes === 3;
+  return takt.last.state && meshes === 6;
 }, null, {timeout: 300000});
 const near = (found, min, max) => [...min, ...max].forEach((value, i) => assert.ok(Math.abs(value - [...found.min, ...found.max][i]) < 1e-6, `${JSON.stringify(found)} is not ${min} to ${max}`));
 const drawn = await boxes();
@@ -85,6 +94,8 @@ near(drawn.base_link, [1, 2, 3], [1.3, 2.2, 3.1]);
 // The joint is turned by 90 degrees: x of the arm is y of the world.
 near(drawn.arm, [0.9, 2, 3.1], [1, 2.5, 3.18]);
 near(drawn.hand, [0.94, 2.5, 3.1], [1, 2.55, 3.17]);
+const joints = await page.evaluate(() => Object.fromEntries(Object.entries(takt.cell.robots[0].model.joints).map(([name, joint]) => [name, joint.jointValue?.[0]])));
+for (const [name, value] of [['hinge', 0.2], ['follower', -0.3], ['left_finger', 0], ['right_finger', 0]]) assert.ok(Math.abs(joints[name] - value) < 1e-12, `${name}: ${joints[name]}`);
 // The missing mesh is reported with the remedy.
 await page.waitForFunction(() => document.querySelector('#answer').textContent.includes('package://elsewhere/meshes/tool.stl'), null, {timeout: 300000});
 assert.match(await page.locator('#answer').textContent(), /--files/);

@@ -146,7 +146,7 @@ void declare_parts(CLI::App& app, const Common& common, int& result) {
   auto* to_spawn = app.add_subcommand("spawn", "add a Part while the cell is stopped");
   auto& wanted = spawn->request;
   to_spawn->add_option("NAME", wanted.name, "what the new Part is called")->required();
-  auto* mesh = to_spawn->add_option("--mesh", wanted.uri, "mesh file: OBJ, STL or GLB");
+  auto* mesh = to_spawn->add_option("--mesh", wanted.uri, "mesh file: OBJ, STL, GLB or DAE");
   to_spawn->add_option("--copy-of", wanted.copy_of, "or the Part that it is like")->excludes(mesh);
   to_spawn->add_option("--mass", wanted.mass, "kg; needed with --mesh")->check(command_line::positive());
   to_spawn->add_option("--scale", wanted.mesh_scale, "lengths of the mesh are multiplied by this")

@@ -195,7 +195,7 @@ export class Cell {
     });
     this.grippers = description.grippers;
     this.missing = new Set();  // mesh files of robots that could not be had
-    this.robots = description.robots.map((robot) => {
+    this.robots = description.robots.map((robot, i) => {
       const loader = new URDFLoader();
       loader.packages = (name) => `package:${name}`;
       loader.loadMeshCb = (path, manager, done) => this.loadMesh(path, manager, done);
@@ -206,6 +206,7 @@ export class Cell {
         model = new THREE.Group();
       }
       this.dress(model);
+      this.settle(model, robot, i);
       const base = new THREE.Group();
       base.matrixAutoUpdate = false;
       base.matrix.copy(matrixOf(robot.base));
@@ -219,6 +220,22 @@ export class Cell {
     this.pressed = new Map();  // pairs whose elements are shown
     this.setSection(this.section, this.cut);
     this.dirty = true;
+  }
+
+  // Joints beside the chain stand where takt has them: nearest to zero within their limits, or where a mimic leads them. Links
+  // that a gripper out of the URDF consists of are drawn as its components; the name of its palm's mesh lists them.
+  settle(model, robot, index) {
+    const joints = Object.values(model.joints ?? {}), driven = new Set(robot.joints.map(({name}) => name));
+    for (const joint of joints) joint.ignoreLimits = true;  // takt checks them, and assumes those that are not stated
+    for (const joint of joints) {
+      const limited = !['fixed', 'continuous', 'floating', 'planar'].includes(joint.jointType);
+      if (limited && !joint.mimicJoint && !driven.has(joint.urdfName)) joint.setJointValue(Math.min(Math.max(0, joint.limit.lower), joint.limit.upper));
+    }
+    for (const {robot: carrier, palm} of this.grippers) {
+      if (carrier !== index || palm < 0) continue;
+      for (const name of (this.description.components[palm].mesh_uri.split('#')[1] ?? '').split('+'))
+        for (const part of model.links?.[name]?.children ?? []) if (part.isURDFVisual) part.visible = false;
+    }
   }
 
   // What carries a robot is no part of a cell: a column from the floor up to the base of one that stands above it. Robots that
@@ -248,7 +265,7 @@ export class Cell {
     const missing = () => { this.missing.add(name.replace(/^package:/, 'package://')); this.onMissing?.([...this.missing]); };
     if (!this.files || !loader) { missing(); done(new THREE.Group()); return; }
     const [where, path] = name.startsWith('package:') ? ['package', name.slice(8)]
-      : name.startsWith('file://') ? ['absolute', name.slice(7)] : name.startsWith('/') ? ['absolute', name] : ['relative', name];
+      : name.startsWith('model://') ? ['package', name.slice(8)] : name.startsWith('file://') ? ['absolute', name.slice(7)] : name.startsWith('/') ? ['absolute', name] : ['relative', name];
     const parts = path.split('/').filter((part) => part !== '').map((part) => (part === '..' ? '(up)' : encodeURIComponent(part)));
     new loader(manager).load(`files/${where}/${parts.join('/')}`, (loaded) => {
       const model = kind === 'stl' ? new THREE.Mesh(loaded, new THREE.MeshPhongMaterial({color: 0xb8c0c8})) : (loaded.scene ?? loaded);

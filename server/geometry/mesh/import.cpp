@@ -12,6 +12,7 @@
 #include "idl/common/bounded_file.h"
 #include "idl/common/mesh_path.h"
 #include "idl/common/text.h"
+#include "server/geometry/mesh/dae_reader.h"
 #include "server/geometry/mesh/glb_reader.h"
 #include "server/geometry/mesh/obj_reader.h"
 #include "server/geometry/mesh/stl_reader.h"
@@ -28,7 +29,7 @@ std::string format_of(const std::filesystem::path& file) {
 }
 
 bool is_known(const std::string& format) {
-  return format == ".obj" || format == ".stl" || format == ".glb";
+  return format == ".obj" || format == ".stl" || format == ".glb" || format == ".dae";
 }
 
 /// As text, 4 million triangles take half of it.
@@ -124,7 +125,7 @@ std::vector<NamedMesh> import_mesh_objects(const std::filesystem::path& file, do
   const MeshPath path = split_mesh_path(file);
   const std::string format = format_of(path.file);
   if (!is_known(format))
-    fail(file, "the format '" + format + "' is not supported; allowed are .obj, .stl and .glb. " +
+    fail(file, "the format '" + format + "' is not supported; allowed are .obj, .stl, .glb and .dae. " +
                    "FreeCAD (STEP, IGES) and Blender (others) write them by File > Export.");
   if (!path.node.empty() && format != ".glb")
     fail(file, "a node of it is named (#" + path.node + "), but only GLB files have nodes; allowed is " +
@@ -133,7 +134,9 @@ std::vector<NamedMesh> import_mesh_objects(const std::filesystem::path& file, do
     if (format == ".glb")
       objects = files.glb(path.file).objects(path.node);
     else
-      objects = format == ".obj" ? read_obj(read_file(path.file)) : read_stl(read_file(path.file));
+      objects = format == ".obj"   ? read_obj(read_file(path.file))
+                : format == ".stl" ? read_stl(read_file(path.file))
+                                   : read_dae(read_file(path.file));
   } catch (const MeshFault& fault) {
     fail(file, std::string(fault.what()) + ".");
   }

@@ -26,7 +26,7 @@ struct HostOptions {
   bool edit = false;                   ///< clients may replace the file of the loaded scenario
   std::string version{};               ///< of the server, for recordings
   std::shared_ptr<FmuOpener> fmus{};   ///< none: scenarios with FMUs are refused
-  /// Where package://PACKAGE/PATH in URDF files is searched (server/scenario/ros_packages.h).
+  /// Where package://PACKAGE/PATH in URDF files is searched (idl/common/ros_packages.h).
   std::vector<std::filesystem::path> packages{};
   std::filesystem::path cache_directory{};  ///< of convex decompositions; empty: without cache
   /// Called with each note about imported meshes and robots, by the thread that reads them; each note is also

@@ -6,8 +6,8 @@
 #include <memory>
 #include <string>
 
+#include "idl/common/ros_packages.h"
 #include "server/runtime/recording/command_log.h"
-#include "server/scenario/ros_packages.h"
 #include "server/simulation/model/cell_model.h"
 
 namespace takt {

@@ -47,6 +47,7 @@ void declare_verify(CLI::App& app, int& result);
 void declare_replay(CLI::App& app, int& result);
 /// export-fmu.
 void declare_export(CLI::App& app, int& result);
+void declare_from_sdf(CLI::App& app, int& result);
 /// compare, check-mesh, write-scenario, schema, reference.
 void declare_files(CLI::App& app, int& result);
 

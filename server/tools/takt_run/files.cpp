@@ -48,7 +48,8 @@ void declare_check_mesh(CLI::App& app, int& result) {
   const auto a = std::make_shared<Arguments>();
   auto* command =
       app.add_subcommand("check-mesh", "say what the import repairs in a mesh, or why it is unusable");
-  command->add_option("FILE", a->file, "mesh file: OBJ, STL or GLB; FILE.glb#NODE: a node of it")->required();
+  command->add_option("FILE", a->file, "mesh file: OBJ, STL, GLB or DAE; FILE.glb#NODE: a node of it")
+      ->required();
   command->add_option("--scale", a->mesh.scale, "lengths of the mesh are multiplied by this")
       ->check(command_line::positive());
   command->add_option("--element-edge", a->mesh.element_edge_m, "as if divided to this edge for contact (m)")

@@ -18,6 +18,7 @@ Examples:
   takt-run study config/scenarios/block_assembly.yaml --vary interaction.damping_ratio=0.5:1.5:11
   takt-run verify config/verification/takt.yaml -o report
   takt-run check-mesh part.stl --scale 0.001
+  takt-run from-sdf cell.sdf -o cell
   takt-run replay run.taktlog
 takt-run COMMAND --help shows the options of each command.
 
@@ -35,6 +36,7 @@ int run(int argc, char** argv) {
   tool::declare_verify(app, result);
   tool::declare_replay(app, result);
   tool::declare_export(app, result);
+  tool::declare_from_sdf(app, result);
   tool::declare_files(app, result);
   app.footer(kFooter);  // commands inherit the settings present at their declaration
   app.failure_message(takt::command_line::failure);

@@ -1,5 +1,5 @@
 // Where meshes that robot descriptions name by package are found.
-#include "server/scenario/ros_packages.h"
+#include "idl/common/ros_packages.h"
 
 #include <gtest/gtest.h>
 

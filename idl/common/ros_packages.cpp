@@ -1,4 +1,4 @@
-#include "server/scenario/ros_packages.h"
+#include "idl/common/ros_packages.h"
 
 #include <algorithm>
 #include <array>

@@ -15,8 +15,9 @@ using PackageFolders = std::vector<std::filesystem::path>;
 /// The existing file that `name`, the file name of a mesh in `description`, stands for:
 ///   package://PACKAGE/PATH, model://PACKAGE/PATH  in `folders`, in their order; else, for a description that lies in a
 ///                   package or beside it, in the folders above the description, from the nearest on
-///   file:///PATH    that path
+///   file:///PATH    that path; where there is no such file, PACKAGE/PATH behind the last /share/ of it, as a package
 ///   PATH            relative to the description, or absolute
+/// Without a description (empty), `folders` alone are searched.
 std::optional<std::filesystem::path> find_mesh_file(const std::string& name,
                                                     const std::filesystem::path& description,
                                                     const PackageFolders& folders);
