@@ -28,8 +28,9 @@ const std::vector<DeviceType>& device_types() {
       clamp_type(), source_type(), sink_type(), vacuum_gripper_type(), magnetic_gripper_type(),
       three_jaw_gripper_type(), tool_changer_type(), safety_type(),
       // Sensors read what the others do.
-      light_barrier_type(), proximity_box_type(), distance_sensor_type(), identification_reader_type(),
-      limit_switch_type(), force_switch_type(), temperature_sensor_type(), presence_sensor_type()};
+      light_barrier_type(), light_curtain_type(), proximity_box_type(), distance_sensor_type(),
+      identification_reader_type(), limit_switch_type(), force_switch_type(), temperature_sensor_type(),
+      presence_sensor_type()};
   return types;
 }
 

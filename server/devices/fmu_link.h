@@ -64,7 +64,8 @@ struct FmuOffer {
   std::vector<std::string> notes{};  ///< for the user
 };
 
-/// A flat system of FMUs, as a file (SSP) states it.
+/// A system of FMUs, as a file (SSP) states it; systems in it are dissolved: their elements are its own, and connections
+/// through their connectors lead from element to element.
 struct FmuSystem {
   struct Element {
     std::string name;  ///< letters, digits and underscores
@@ -86,9 +87,14 @@ struct FmuSystem {
     std::string signal;
   };
   struct Connection {
+    /// From connector to connector.
+    struct Step {
+      bool converts_units = true;
+      double factor = 1.0, offset = 0.0;  ///< after the conversion
+      std::string unit;                   ///< of the connector that it leads to; of the last step: see `to`
+    };
     End from, to;
-    bool converts_units = true;
-    double factor = 1.0, offset = 0.0;  ///< after the conversion
+    std::vector<Step> steps;  ///< one, and one for each connector of an inner system on the way
     std::string place;
   };
   /// value in SI = factor * value + offset

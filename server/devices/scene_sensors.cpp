@@ -1,6 +1,7 @@
 #include "server/devices/scene_sensors.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -13,6 +14,7 @@ namespace {
 
 using Kind = SceneSensorParameters::Kind;
 constexpr double kNone = std::numeric_limits<double>::infinity();
+constexpr int kMostBeams = 64;
 
 bool same(const Pose& a, const Pose& b) {
   return a.p == b.p && a.R == b.R;
@@ -103,6 +105,39 @@ DeviceType light_barrier_type() {
       "A beam without width between two points; blocked where the mesh of a part or gripper crosses it or "
       "surrounds it.",
       false);
+}
+
+void describe(Fields& f, ScenarioLightCurtain& s) {
+  describe(f, s.place);
+  f.field("width_m", s.width_m, positive("m"),
+          "Length of the beams. They lie along the x axis of the sensor, the first one from its origin.",
+          kRequired);
+  f.field("beams", s.beams, WholeRange{2, kMostBeams}, "Number of the beams.", kRequired);
+  f.field("pitch_m", s.pitch_m, positive("m"), "From beam to beam, along the z axis of the sensor.",
+          kRequired);
+  describe_grounds(f, s.sees_grounds);
+  describe_delays(f, s.output);
+}
+
+void build(const ScenarioLightCurtain& s, DeviceBuilder& b) {
+  SceneSensorParameters p;
+  p.kind = Kind::curtain;
+  p.to = {s.width_m, 0.0, 0.0};
+  p.pitch = {0.0, 0.0, s.pitch_m};
+  p.beams = s.beams;
+  p.output = s.output;
+  add(s.place, {true, true, s.sees_grounds}, p,
+      {reported_flag("clear"), reported_flag("blocked"), reported_count("broken_beams"),
+       commanded_flag("muting")},
+      {1.0, 0.0, 0.0, 0.0}, b);
+}
+
+DeviceType light_curtain_type() {
+  return device_type<ScenarioLightCurtain>(DeviceType::Owner::cell, "light_curtains", "Light curtains.",
+                                           "Parallel beams as one device; blocked while the mesh of a part "
+                                           "or gripper breaks one. `muting` holds the "
+                                           "output clear.",
+                                           false);
 }
 
 void describe(Fields& f, ScenarioProximityBox& s) {
@@ -198,6 +233,7 @@ SceneSensors::SceneSensors(const Model& model) : model_(model) {
     sensor.measuring = MeasuringFilter(p.measuring);
     sensor.output = SwitchFilter(p.output);
     sensor.values.assign(p.seen.size(), kNone);
+    if (p.kind == Kind::curtain) sensor.broken.assign(p.seen.size(), 0);
     sensors_.push_back(std::move(sensor));
   }
   last_.resize(model.meshes.size());
@@ -259,6 +295,21 @@ double SceneSensors::look(const SceneSensorParameters& p, const Sensor& sensor, 
   return share <= 1.0 ? share * p.range_m : nothing;
 }
 
+std::uint64_t SceneSensors::broken_by(const SceneSensorParameters& p, const Sensor& sensor, int component,
+                                      const CellMotion& motion) const {
+  const auto c = static_cast<std::size_t>(component);
+  const MeshRays& mesh = *model_.meshes[c];
+  const Aabb around = mesh.bounds().at(motion.bodies[c].X_WB, 0.0);
+  const Pose X_BW = motion.bodies[c].X_WB.inverse();
+  std::uint64_t broken = 0;
+  for (int beam = 0; beam < p.beams; ++beam) {
+    const Vec3 up = beam * p.pitch, from = sensor.X_WS * (p.from + up), to = sensor.X_WS * (p.to + up);
+    if (around.overlaps({from.cwiseMin(to), from.cwiseMax(to)}) && mesh.meets_segment(X_BW * from, X_BW * to))
+      broken |= std::uint64_t{1} << static_cast<unsigned>(beam);
+  }
+  return broken;
+}
+
 bool SceneSensors::look_again(const SceneSensorParameters& p, Sensor& sensor, const CellMotion& motion) {
   Pose X_WS = p.X_PS;
   if (p.robot >= 0) X_WS = motion.arms[static_cast<std::size_t>(p.robot)].X_WF * p.X_PS;
@@ -269,6 +320,13 @@ bool SceneSensors::look_again(const SceneSensorParameters& p, Sensor& sensor, co
   bool changed = false;
   for (std::size_t i = 0; i < p.seen.size(); ++i) {
     if (!whole && moved_[static_cast<std::size_t>(p.seen[i])] == 0) continue;
+    if (p.kind == Kind::curtain) {
+      const std::uint64_t broken = broken_by(p, sensor, p.seen[i], motion);
+      changed |= broken != sensor.broken[i];
+      sensor.broken[i] = broken;
+      sensor.values[i] = broken != 0 ? 0.0 : 1.0;
+      continue;
+    }
     const double value = look(p, sensor, p.seen[i], motion);
     changed |= value != sensor.values[i];
     sensor.values[i] = value;
@@ -289,6 +347,15 @@ void SceneSensors::report(const SceneSensorParameters& p, Sensor& sensor, double
       const bool on = sensor.output.sample_flag(sensor.nearest == 0.0, h);
       signals.report(blocked, on ? 1.0 : 0.0);
       signals.report(clear, on ? 0.0 : 1.0);
+      break;
+    }
+    case Kind::curtain: {
+      std::uint64_t broken = 0;
+      for (const std::uint64_t beams : sensor.broken) broken |= beams;
+      const bool on = sensor.output.sample_flag(broken != 0 && signals.value(muting) == 0.0, h);
+      signals.report(blocked, on ? 1.0 : 0.0);
+      signals.report(clear, on ? 0.0 : 1.0);
+      signals.report(broken_beams, std::popcount(broken));
       break;
     }
     case Kind::box:

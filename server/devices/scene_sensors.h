@@ -1,5 +1,5 @@
 #pragma once
-// Sensors that see the bodies of the cell: light barriers, proximity boxes, distance sensors, readers of identification.
+// Sensors that see the bodies of the cell: light barriers, light curtains, proximity boxes, distance sensors, readers of identification.
 //
 // They see Parts and Grippers (palms and jaws) by the triangles of their meshes, exact up to rounding, and Grounds where
 // said so. They do not see the links of robots, nor the body or gripper that carries them. They look once a step, at the
@@ -30,6 +30,13 @@ struct ScenarioLightBarrier {
   bool sees_grounds = false;
   SwitchParameters output;
 };
+struct ScenarioLightCurtain {
+  SensorPlace place;
+  double width_m = 0.0, pitch_m = 0.0;
+  int beams = 0;
+  bool sees_grounds = false;
+  SwitchParameters output;
+};
 struct ScenarioProximityBox {
   SensorPlace place;
   Vec3 size_m = Vec3::Zero();
@@ -52,18 +59,22 @@ struct ScenarioIdentificationReader {
   SwitchParameters output;
 };
 DeviceType light_barrier_type();
+DeviceType light_curtain_type();
 DeviceType proximity_box_type();
 DeviceType distance_sensor_type();
 DeviceType identification_reader_type();
 
 struct SceneSensorParameters {
-  enum class Kind : std::uint8_t { barrier, box, distance, reader };
+  enum class Kind : std::uint8_t { barrier, curtain, box, distance, reader };
   Kind kind = Kind::barrier;
   int device = -1;
   int component = -1, robot = -1;  ///< that carry it; both -1: the world
   Pose X_PS;
   Vec3 from = Vec3::Zero(),
-       to = Vec3::Zero();      ///< barrier: the beam; distance: the ray, as long as the range
+       to = Vec3::
+           Zero();  ///< barrier: the beam; curtain: the first one; distance: the ray, as long as the range
+  Vec3 pitch = Vec3::Zero();  ///< curtain: from beam to beam
+  int beams = 1;
   Vec3 half_m = Vec3::Zero();  ///< of the box
   double range_m = 0.0, hysteresis_m = 0.0;
   MeasuringParameters measuring;
@@ -82,6 +93,7 @@ class SceneSensors final : public PartMechanism {
   };
   static constexpr const char* kName = "sensors of bodies";
   enum BarrierSignal : int { clear, blocked };
+  enum CurtainSignal : int { broken_beams = 2, muting };
   enum BoxSignal : int { detected };
   enum DistanceSignal : int { distance, in_range, near };
   enum ReaderSignal : int { part, present, reads };
@@ -104,14 +116,17 @@ class SceneSensors final : public PartMechanism {
     // What follows from the motion.
     Pose X_WS;
     double nearest =
-        0.0;  ///< barrier and box: 0 if a body is there, else 1; others: distance (m), or infinite
-    int nearest_seen = -1;       ///< place in `seen`
-    std::vector<double> values;  ///< the same for each body in `seen`
+        0.0;  ///< barrier, curtain, box: 0 if a body is there, else 1; others: distance (m), or infinite
+    int nearest_seen = -1;              ///< place in `seen`
+    std::vector<double> values;         ///< the same for each body in `seen`
+    std::vector<std::uint64_t> broken;  ///< curtain: the beams that each body in `seen` breaks, one a bit
   };
 
   void note_moved(const CellMotion& motion, const CellPlant& plant);
   double look(const SceneSensorParameters& p, const Sensor& sensor, int component,
               const CellMotion& motion) const;
+  std::uint64_t broken_by(const SceneSensorParameters& p, const Sensor& sensor, int component,
+                          const CellMotion& motion) const;
   /// Looks at what has moved; false: nothing has.
   bool look_again(const SceneSensorParameters& p, Sensor& sensor, const CellMotion& motion);
   void report(const SceneSensorParameters& p, Sensor& sensor, double h, bool looked, CellPlant& plant) const;

@@ -101,19 +101,26 @@ class SystemBuilder {
   }
 
   void connect(const FmuSystem::Connection& c) {
-    double factor = c.factor, offset = c.offset;
-    const std::string from = unit_of(c.from, c.place), to = unit_of(c.to, c.place);
-    if (c.converts_units && !from.empty() && !to.empty() && from != to) {
-      const auto source = system_.units.find(from), target = system_.units.find(to);
-      if (source == system_.units.end() || target == system_.units.end() ||
-          source->second.exponents != target->second.exponents)
-        fail(c.place + ": found the units '" + from + "' and '" + to +
-             "'; allowed: the same unit, units of the same quantity that Units defines, or "
-             "suppressUnitConversion=\"true\"");
-      // In SI: factor * value + offset.
-      const FmuSystem::Unit &a = source->second, &z = target->second;
-      offset += c.factor * (a.offset - z.offset) / z.factor;
-      factor = c.factor * a.factor / z.factor;
+    double factor = 1.0, offset = 0.0;
+    std::string from = unit_of(c.from, c.place);
+    for (const FmuSystem::Connection::Step& step : c.steps) {
+      const std::string to = &step == &c.steps.back() ? unit_of(c.to, c.place) : step.unit;
+      double scale = step.factor, shift = step.offset;
+      if (step.converts_units && !from.empty() && !to.empty() && from != to) {
+        const auto source = system_.units.find(from), target = system_.units.find(to);
+        if (source == system_.units.end() || target == system_.units.end() ||
+            source->second.exponents != target->second.exponents)
+          fail(c.place + ": found the units '" + from + "' and '" + to +
+               "'; allowed: the same unit, units of the same quantity that Units defines, or "
+               "suppressUnitConversion=\"true\"");
+        // In SI: factor * value + offset.
+        const FmuSystem::Unit &a = source->second, &z = target->second;
+        shift += step.factor * (a.offset - z.offset) / z.factor;
+        scale = step.factor * a.factor / z.factor;
+      }
+      factor *= scale;
+      offset = scale * offset + shift;
+      from = to;
     }
     const std::string signal = device_of(c.from.element) + "." + c.from.signal;
     signal_of(c.from, c.place), signal_of(c.to, c.place);
@@ -143,7 +150,7 @@ void build(const ScenarioSsp& s, DeviceBuilder& b) {
 }
 
 DeviceType ssp_type() {
-  return device_type<ScenarioSsp>(DeviceType::Owner::cell, "ssp", "Systems of FMUs (SSP 1.0, flat).",
+  return device_type<ScenarioSsp>(DeviceType::Owner::cell, "ssp", "Systems of FMUs (SSP 1.0).",
                                   "An SSP as devices and wires: docs/fmi.md.", false);
 }
 

@@ -1,6 +1,6 @@
 #pragma once
-// A system of FMUs in one file (SSP, System Structure and Parameterization 1.0, flat): each component becomes an FMU as a
-// device, NAME_COMPONENT; the connectors of the system itself become the device NAME; the connections become wires.
+// A system of FMUs in one file (SSP, System Structure and Parameterization 1.0): each component becomes an FMU as a device,
+// NAME_COMPONENT, that of an inner system NAME_SYSTEM_COMPONENT; the connectors of the system itself become the device NAME; the connections become wires.
 #include <filesystem>
 #include <optional>
 #include <string>

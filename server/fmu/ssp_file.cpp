@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <set>
+#include <tuple>
 
 #include "idl/common/bounded_file.h"
 #include "idl/common/parse.h"
@@ -17,7 +18,7 @@ namespace {
 
 using tinyxml2::XMLElement;
 
-constexpr std::size_t kMostElements = 1000, kMostConnections = 10'000;
+constexpr std::size_t kMostElements = 1000, kMostConnections = 10'000, kMostDepth = 32;
 
 /// An XML file of the SSP, and errors with its name and lines.
 class XmlFile {
@@ -154,18 +155,10 @@ class SystemReader {
         system = &part;
     });
     if (system == nullptr) file_.fail(root, "no System", "a System");
-    // Elements first: connections name them.
-    const std::vector<std::string_view> parts{"Connectors", "Elements", "Connections", "ParameterBindings"};
-    const auto each = [&](std::string_view wanted, const auto& read_it) {
-      file_.children(*system, parts, [&](const XMLElement& part, std::string_view name) {
-        if (name == wanted) read_it(part);
-      });
-    };
-    each("Connectors", [&](const XMLElement& part) { read_ports(part); });
-    each("Elements", [&](const XMLElement& part) { read_elements(part); });
-    each("ParameterBindings", [&](const XMLElement& part) { bind_all(read_bindings(part)); });
-    each("Connections", [&](const XMLElement& part) { read_connections(part); });
+    read_system(*system, 0);
+    read_ports();
     if (system_.elements.empty()) file_.fail(*system, "no Component", "at least one");
+    dissolve();
     return std::move(system_);
   }
 
@@ -176,6 +169,52 @@ class SystemReader {
     bool is_number = true;
   };
   using Connectors = std::map<std::string, Connector>;
+
+  /// A system: the outermost one or one in it. Numbers are those of elements and of scopes.
+  struct Scope {
+    std::string prefix;  ///< of its elements, e.g. "drive.motor."
+    Connectors connectors;
+    std::vector<std::string> names;  ///< of its elements and systems
+    std::map<std::string, std::size_t> components, systems;
+    const XMLElement* place = nullptr;  ///< of its Connectors
+  };
+  /// A connector of an element, or of a scope: then `element` is -1.
+  struct End {
+    int element = -1;
+    std::size_t scope = 0;
+    std::string connector, unit;
+    auto key() const { return std::tuple(element, scope, connector); }
+  };
+  struct Link {
+    End from, to;
+    FmuSystem::Connection::Step step;
+    std::string place;
+  };
+
+  /// Returns its number.
+  std::size_t read_system(const XMLElement& system, std::size_t depth, const std::string& prefix = "") {
+    const std::size_t scope = scopes_.size();
+    if (depth > kMostDepth || scope > kMostElements)
+      file_.fail(system, "too many systems",
+                 std::to_string(kMostElements) + ", " + std::to_string(kMostDepth) + " in each other");
+    scopes_.emplace_back();
+    scopes_[scope].prefix = prefix;
+    // Elements first: connections name them.
+    const std::vector<std::string_view> parts{"Connectors", "Elements", "Connections", "ParameterBindings"};
+    const auto each = [&](std::string_view wanted, const auto& read_it) {
+      file_.children(system, parts, [&](const XMLElement& part, std::string_view name) {
+        if (name == wanted) read_it(part);
+      });
+    };
+    each("Connectors", [&](const XMLElement& part) {
+      scopes_[scope].connectors = read_connectors(part);
+      scopes_[scope].place = &part;
+    });
+    each("Elements", [&](const XMLElement& part) { read_elements(part, scope, depth); });
+    each("ParameterBindings", [&](const XMLElement& part) { bind_all(part, read_bindings(part), scope); });
+    each("Connections", [&](const XMLElement& part) { read_connections(part, scope); });
+    return scope;
+  }
 
   Connectors read_connectors(const XMLElement& element) const {
     Connectors result;
@@ -199,57 +238,72 @@ class SystemReader {
     return result;
   }
 
-  void read_ports(const XMLElement& element) {
-    connectors_ = read_connectors(element);
-    for (const auto& [name, connector] : connectors_) {
+  void read_ports() {
+    const Scope& outermost = scopes_.front();
+    for (const auto& [name, connector] : outermost.connectors) {
       if (!connector.is_number || (connector.kind != "input" && connector.kind != "output")) continue;
       const std::string signal = signal_name(name);
       if (std::any_of(system_.ports.begin(), system_.ports.end(),
                       [&](const auto& p) { return p.name == signal; }))
-        file_.fail(element, "two connectors with the signal '" + signal + "'",
+        file_.fail(*outermost.place, "two connectors with the signal '" + signal + "'",
                    "names that differ in letters and digits");
-      system_.ports.push_back({signal, connector.unit, connector.type, connector.kind == "input"});
+      const auto start = starts_.find(name);
+      system_.ports.push_back({signal, connector.unit, connector.type, connector.kind == "input",
+                               start == starts_.end() ? 0.0 : start->second});
     }
   }
 
-  void read_elements(const XMLElement& elements) {
-    file_.children(elements, {"Component"}, [&](const XMLElement& component, std::string_view) {
-      if (system_.elements.size() == kMostElements)
-        file_.fail(component, "more than " + std::to_string(kMostElements) + " components", "fewer");
-      FmuSystem::Element element;
-      const std::string name = file_.required(component, "name");
-      element.name = signal_name(name);
-      for (const FmuSystem::Element& other : system_.elements)
-        if (other.name == element.name)
-          file_.fail(component, "two components with the name '" + element.name + "'",
-                     "names that differ in letters and digits");
-      names_.push_back(name);
-      const std::string type = XmlFile::text(component, "type");
-      if (!type.empty() && type != "application/x-fmu-sharedlibrary")
-        file_.fail(component, "'" + name + "' of the type '" + type.substr(0, 100) + "'",
-                   "application/x-fmu-sharedlibrary, which are FMUs; a flat system has no systems in it");
-      const std::string implementation = XmlFile::text(component, "implementation");
-      if (!implementation.empty() && implementation != "any" && implementation != "CoSimulation")
-        file_.fail(component, "implementation='" + implementation.substr(0, 40) + "'", "any or CoSimulation");
-      element.file = directory_ / inside(component, file_.required(component, "source"), ".fmu");
-      Connectors connectors;
-      file_.children(component, {"Connectors", "ParameterBindings"},
-                     [&](const XMLElement& part, std::string_view what) {
-                       if (what == "Connectors")
-                         connectors = read_connectors(part);
-                       else
-                         element.values = read_bindings(part);
-                     });
-      for (const auto& [variable, connector] : connectors) {
-        if (!connector.is_number) continue;
-        const std::string signal = signal_name(variable);
-        if (connector.kind == "input") element.inputs.emplace_back(signal, variable);
-        if (gives(connector.kind)) element.outputs.emplace_back(signal, variable);
-        if (!connector.unit.empty()) element.units[signal] = connector.unit;
-      }
-      by_element_.push_back(std::move(connectors));
-      system_.elements.push_back(std::move(element));
-    });
+  void read_elements(const XMLElement& elements, std::size_t scope, std::size_t depth) {
+    file_.children(
+        elements, {"Component", "System"}, [&](const XMLElement& component, std::string_view kind) {
+          const std::string name = file_.required(component, "name");
+          if (std::find(scopes_[scope].names.begin(), scopes_[scope].names.end(), name) !=
+              scopes_[scope].names.end())
+            file_.fail(component, "two elements with the name '" + name + "'", "names that differ");
+          scopes_[scope].names.push_back(name);
+          if (kind == "System") {
+            const std::size_t inner = read_system(component, depth + 1, scopes_[scope].prefix + name + ".");
+            scopes_[scope].systems[name] = inner;
+            return;
+          }
+          if (system_.elements.size() == kMostElements)
+            file_.fail(component, "more than " + std::to_string(kMostElements) + " components", "fewer");
+          FmuSystem::Element element;
+          element.name = signal_name(scopes_[scope].prefix + name);
+          for (const FmuSystem::Element& other : system_.elements)
+            if (other.name == element.name)
+              file_.fail(component, "two components with the name '" + element.name + "'",
+                         "names that differ in letters and digits");
+          paths_.push_back(scopes_[scope].prefix + name);
+          scopes_[scope].components[name] = system_.elements.size();
+          const std::string type = XmlFile::text(component, "type");
+          if (!type.empty() && type != "application/x-fmu-sharedlibrary")
+            file_.fail(
+                component, "'" + name + "' of the type '" + type.substr(0, 100) + "'",
+                "application/x-fmu-sharedlibrary, which are FMUs; a System in place of an SSP in the SSP");
+          const std::string implementation = XmlFile::text(component, "implementation");
+          if (!implementation.empty() && implementation != "any" && implementation != "CoSimulation")
+            file_.fail(component, "implementation='" + implementation.substr(0, 40) + "'",
+                       "any or CoSimulation");
+          element.file = directory_ / inside(component, file_.required(component, "source"), ".fmu");
+          Connectors connectors;
+          file_.children(component, {"Connectors", "ParameterBindings"},
+                         [&](const XMLElement& part, std::string_view what) {
+                           if (what == "Connectors")
+                             connectors = read_connectors(part);
+                           else
+                             element.values = read_bindings(part);
+                         });
+          for (const auto& [variable, connector] : connectors) {
+            if (!connector.is_number) continue;
+            const std::string signal = signal_name(variable);
+            if (connector.kind == "input") element.inputs.emplace_back(signal, variable);
+            if (gives(connector.kind)) element.outputs.emplace_back(signal, variable);
+            if (!connector.unit.empty()) element.units[signal] = connector.unit;
+          }
+          by_element_.push_back(std::move(connectors));
+          system_.elements.push_back(std::move(element));
+        });
   }
 
   static bool gives(const std::string& kind) {
@@ -289,14 +343,22 @@ class SystemReader {
     return values;
   }
 
-  /// Values of the system: NAME of a connector, or ELEMENT.NAME. They win over those of the elements.
-  void bind_all(const Values& values) {
+  /// Values of a system: NAME of a connector, or ELEMENT.NAME. They win over those of the elements.
+  void bind_all(const XMLElement& bindings, const Values& values, std::size_t scope) {
+    const Scope& system = scopes_[scope];
     for (const auto& [name, value] : values) {
-      for (FmuSystem::Port& port : system_.ports)
-        if (port.name == signal_name(name) && connectors_.contains(name)) port.start = value_of(value);
-      for (std::size_t e = 0; e < names_.size(); ++e)
-        if (name.starts_with(names_[e] + "."))
-          system_.elements[e].values[name.substr(names_[e].size() + 1)] = value;
+      if (const auto own = system.connectors.find(name);
+          own != system.connectors.end() && own->second.is_number &&
+          (own->second.kind == "input" || own->second.kind == "output")) {
+        if (scope > 0)
+          file_.fail(bindings, "a value of the connector '" + name + "' of a system in a system",
+                     "values of components, ELEMENT.NAME");
+        starts_[name] = value_of(value);
+      }
+      const std::string path = system.prefix + name;
+      for (std::size_t e = 0; e < paths_.size(); ++e)
+        if (path.starts_with(paths_[e] + "."))
+          system_.elements[e].values[path.substr(paths_[e].size() + 1)] = value;
     }
   }
   double value_of(const FmuRequest::Value& value) const {
@@ -309,72 +371,118 @@ class SystemReader {
     return *number;
   }
 
-  FmuSystem::End end_of(const XMLElement& connection, const char* element_key, const char* connector_key,
-                        bool& gives_values, bool& takes_values) const {
-    FmuSystem::End end;
+  End end_of(const XMLElement& connection, std::size_t scope, const char* element_key,
+             const char* connector_key, bool& gives_values, bool& takes_values) const {
+    End end;
+    end.scope = scope;
     const std::string element = XmlFile::text(connection, element_key);
-    const std::string name = file_.required(connection, connector_key);
-    const Connectors* connectors = &connectors_;
-    if (connection.Attribute(element_key) != nullptr) {
-      const auto found = std::find(names_.begin(), names_.end(), element);
-      if (found == names_.end())
-        file_.fail(connection, "the element '" + element + "'", names_.empty() ? "none" : join(names_, ", "));
-      end.element = static_cast<int>(found - names_.begin());
-      connectors = &by_element_[static_cast<std::size_t>(end.element)];
+    end.connector = file_.required(connection, connector_key);
+    const Scope& here = scopes_[scope];
+    const Connectors* connectors = &here.connectors;
+    const bool within = connection.Attribute(element_key) == nullptr;
+    if (!within) {
+      if (const auto component = here.components.find(element); component != here.components.end()) {
+        end.element = static_cast<int>(component->second);
+        connectors = &by_element_[component->second];
+      } else if (const auto system = here.systems.find(element); system != here.systems.end()) {
+        end.scope = system->second;
+        connectors = &scopes_[system->second].connectors;
+      } else {
+        file_.fail(connection, "the element '" + element + "'",
+                   here.names.empty() ? "none" : join(here.names, ", "));
+      }
     }
-    const auto found = connectors->find(name);
+    const auto found = connectors->find(end.connector);
     if (found == connectors->end()) {
       std::vector<std::string> known;
       for (const auto& [one, connector] : *connectors) known.push_back(one);
-      file_.fail(connection, "the connector '" + name + "'" + (element.empty() ? "" : " of " + element),
+      file_.fail(connection,
+                 "the connector '" + end.connector + "'" + (element.empty() ? "" : " of " + element),
                  known.empty() ? "none" : join(known, ", "));
     }
     const Connector& connector = found->second;
-    const bool of_system = end.element < 0;
-    gives_values = of_system ? connector.kind == "input" : gives(connector.kind);
-    takes_values = of_system ? connector.kind == "output" : connector.kind == "input";
+    // What a system takes from outside it gives to its elements.
+    gives_values = within            ? connector.kind == "input"
+                   : end.element < 0 ? connector.kind == "output"
+                                     : gives(connector.kind);
+    takes_values = within ? connector.kind == "output" : connector.kind == "input";
     if (!connector.is_number || (!gives_values && !takes_values))
       file_.fail(connection,
-                 "the connector '" + name + "' of the kind " + connector.kind +
+                 "the connector '" + end.connector + "' of the kind " + connector.kind +
                      (connector.is_number ? "" : ", a text"),
                  "inputs and outputs that are numbers or booleans; parameters stand in ParameterBindings");
-    end.signal = signal_name(name);
+    end.unit = connector.unit;
     return end;
   }
 
-  void read_connections(const XMLElement& connections) {
+  void read_connections(const XMLElement& connections, std::size_t scope) {
     file_.children(connections, {"Connection"}, [&](const XMLElement& stated, std::string_view) {
-      if (system_.connections.size() == kMostConnections)
+      if (links_.size() == kMostConnections)
         file_.fail(stated, "more than " + std::to_string(kMostConnections) + " connections", "fewer");
       for (const char* indices : {"startIndices", "endIndices"})
         if (stated.Attribute(indices) != nullptr)
           file_.fail(stated, indices, "connections of whole connectors, which are no arrays");
-      FmuSystem::Connection connection;
+      Link link;
       bool start_gives = false, start_takes = false, end_gives = false, end_takes = false;
-      connection.from = end_of(stated, "startElement", "startConnector", start_gives, start_takes);
-      connection.to = end_of(stated, "endElement", "endConnector", end_gives, end_takes);
+      link.from = end_of(stated, scope, "startElement", "startConnector", start_gives, start_takes);
+      link.to = end_of(stated, scope, "endElement", "endConnector", end_gives, end_takes);
       if (start_takes && end_gives) {
-        std::swap(connection.from, connection.to);
+        std::swap(link.from, link.to);
       } else if (!start_gives || !end_takes) {
         file_.fail(stated, start_gives ? "two sources" : "two targets",
                    "one connector that gives a value and one that takes it");
       }
-      connection.converts_units = !file_.flag(stated, "suppressUnitConversion");
+      link.step.converts_units = !file_.flag(stated, "suppressUnitConversion");
+      link.step.unit = link.to.unit;
       file_.children(stated, {"LinearTransformation"}, [&](const XMLElement& linear, std::string_view) {
-        connection.factor = file_.number(linear, "factor", 1.0);
-        connection.offset = file_.number(linear, "offset", 0.0);
+        link.step.factor = file_.number(linear, "factor", 1.0);
+        link.step.offset = file_.number(linear, "offset", 0.0);
       });
-      connection.place = file_.place(stated);
-      system_.connections.push_back(std::move(connection));
+      link.place = file_.place(stated);
+      if (is_inner(link.to) && !into_.emplace(link.to.key(), links_.size()).second)
+        file_.fail(stated, "the connector '" + link.to.connector + "' again",
+                   "one connection to each connector");
+      links_.push_back(std::move(link));
     });
+  }
+
+  /// A connector of a system in the system.
+  static bool is_inner(const End& end) { return end.element < 0 && end.scope > 0; }
+
+  /// Connections from element to element, through the connectors of inner systems. What nothing leads to keeps its value.
+  void dissolve() {
+    for (const Link& last : links_) {
+      if (is_inner(last.to)) continue;
+      FmuSystem::Connection connection;
+      const Link* link = &last;
+      connection.steps.push_back(link->step);
+      while (link != nullptr && is_inner(link->from)) {
+        const auto before = into_.find(link->from.key());
+        link = before == into_.end() ? nullptr : &links_[before->second];
+        if (link != nullptr) connection.steps.push_back(link->step);
+        if (connection.steps.size() > links_.size())
+          throw FmuError(last.place +
+                         ": found connectors of systems that lead to each other in a circle; "
+                         "allowed: a connection that begins at a component");
+      }
+      if (link == nullptr) continue;
+      std::reverse(connection.steps.begin(), connection.steps.end());
+      connection.from = {link->from.element, signal_name(link->from.connector)};
+      connection.to = {last.to.element, signal_name(last.to.connector)};
+      connection.place = last.place;
+      system_.connections.push_back(std::move(connection));
+    }
   }
 
   const std::filesystem::path& directory_;
   XmlFile file_;
   FmuSystem system_;
-  Connectors connectors_;           ///< of the system
-  std::vector<std::string> names_;  ///< of elements, as in the file
+  std::vector<Scope> scopes_;  ///< the outermost first
+  std::vector<Link> links_;
+  std::map<std::tuple<int, std::size_t, std::string>, std::size_t> into_;  ///< links to inner connectors
+  std::vector<std::string> paths_;  ///< of elements, as in the file: SYSTEM.ELEMENT
   std::vector<Connectors> by_element_;
+  std::map<std::string, double> starts_;  ///< of the connectors of the outermost system
 };
 
 }  // namespace

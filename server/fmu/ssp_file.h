@@ -1,6 +1,6 @@
 #pragma once
-// Systems of FMUs: SystemStructure.ssd of an unpacked SSP (System Structure and Parameterization, 1.0), as far as the system
-// is flat. What takt does not do is refused with its line.
+// Systems of FMUs: SystemStructure.ssd of an unpacked SSP (System Structure and Parameterization, 1.0), with systems in it
+// dissolved. What takt does not do is refused with its line.
 #include <filesystem>
 
 #include "server/devices/fmu_link.h"

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <set>
 
 #include "server/devices/scene_sensors.h"
 #include "server/scenario/scenario_builder.h"
@@ -121,6 +122,63 @@ TEST(LightBarrier, GroundsCountWhereSaid) {
               (sees ? "true" : "false") + "}}\n");
     EXPECT_EQ(cell.value("B.blocked"), sees ? 1.0 : 0.0);
   }
+}
+
+TEST(LightCurtain, AFallingPartBreaksTheBeamsBetweenItsFaces) {
+  // Beams at z = 0.2, 0.23, ... 0.65; the faces of the part are at 1 - g t^2 / 2 and 0.1 m above. It turns about no axis.
+  Cell cell(head(10.0) + "parts:\n" + cube("P", "[0, 0, 1]") + cube("Q", "[0.3, 0, 0.97]") +
+            "light_curtains:\n"
+            "  C: {pose: {position_m: [-0.5, 0.05, 0.2]}, width_m: 1, beams: 16, pitch_m: 0.03}\n"
+            "  Short: {pose: {position_m: [-0.5, 0.04, 0.2]}, width_m: 0.4, beams: 16, pitch_m: 0.03}\n");
+  EXPECT_EQ(cell.value("C.clear"), 1.0);
+  std::set<double> counts;
+  while (cell.simulation.time_s() < 0.45) {
+    const double t = cell.step(), lower = 1.0 - 5.0 * t * t;
+    int both = 0;
+    bool at_an_edge = false;
+    for (int beam = 0; beam < 16; ++beam) {
+      const double z = 0.2 + 0.03 * beam;
+      both += (z > lower && z < lower + kSide_m) || (z > lower - 0.03 && z < lower - 0.03 + kSide_m);
+      for (const double face : {lower, lower + kSide_m, lower - 0.03, lower - 0.03 + kSide_m})
+        at_an_edge = at_an_edge || std::abs(z - face) < 1e-9;
+    }
+    if (at_an_edge) continue;
+    ASSERT_EQ(cell.value("C.broken_beams"), both) << t;
+    ASSERT_EQ(cell.value("C.blocked"), both > 0 ? 1.0 : 0.0) << t;
+    ASSERT_EQ(cell.value("C.clear"), both > 0 ? 0.0 : 1.0) << t;
+    counts.insert(both);
+  }
+  EXPECT_GE(counts.size(), 5U);
+  EXPECT_EQ(cell.value("Short.broken_beams"), 0.0) << "neither of the parts is within its width";
+}
+
+TEST(LightCurtain, MutingHoldsItsOutputClearAndCounts) {
+  const std::string text =
+      head(10.0) + "parts:\n" + cube("P", "[0, 0, 0.25]") +
+      "light_curtains:\n  C: {pose: {position_m: [-0.5, 0.05, 0.2]}, width_m: 1, beams: 4, "
+      "pitch_m: 0.03, off_delay_s: 0.003}\n";
+  Cell cell(text);
+  EXPECT_EQ(cell.value("C.broken_beams"), 2.0);
+  EXPECT_EQ(cell.value("C.blocked"), 1.0);
+  const auto muting = find_signal(cell.model->description, "C.muting");
+  ASSERT_TRUE(muting);
+  const auto command = [&](double value) {
+    DeviceCommand mute;
+    mute.device = muting->device;
+    mute.count = 1;
+    mute.signals[0] = static_cast<std::uint8_t>(muting->signal);
+    mute.values[0] = value;
+    const Command commands[] = {mute};
+    EXPECT_TRUE(cell.simulation.step(commands)) << cell.simulation.fault();
+  };
+  command(1.0);
+  for (int i = 0; i < 4; ++i) cell.step();
+  EXPECT_EQ(cell.value("C.clear"), 1.0);
+  EXPECT_EQ(cell.value("C.blocked"), 0.0);
+  EXPECT_EQ(cell.value("C.broken_beams"), 2.0);
+  command(0.0);
+  cell.step();
+  EXPECT_EQ(cell.value("C.clear"), 0.0);
 }
 
 TEST(ProximityBox, SwitchesAtItsFaceAndBackAtItsHysteresis) {

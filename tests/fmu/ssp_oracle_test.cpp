@@ -85,12 +85,14 @@ const std::string kSystemSet =
     "<ssv:Parameter name='rotor.J'><ssv:Real "
     "value='0.002'/></ssv:Parameter></ssv:Parameters></ssv:ParameterSet>";
 
-std::shared_ptr<const CellModel> load_system(const System& system, const std::string& keys = "",
-                                             const std::string& more = "") {
+std::shared_ptr<const CellModel> load_xml(const std::string& xml, const std::string& keys = "",
+                                          const std::string& more = "",
+                                          const std::string& system_set = kSystemSet) {
   const TemporaryDirectory directory;
-  write_zip(directory / "motor.ssp", {{"SystemStructure.ssd", system.xml()},
-                                      {"resources/system.ssv", kSystemSet},
+  write_zip(directory / "motor.ssp", {{"SystemStructure.ssd", xml},
+                                      {"resources/system.ssv", system_set},
                                       {"resources/winding.fmu", bytes_of(kTestFmus / "winding.fmu")},
+                                      {"resources/drive/winding.fmu", bytes_of(kTestFmus / "winding.fmu")},
                                       {"resources/rotor.fmu", bytes_of(kTestFmus / "rotor.fmu")}});
   directory.write("cell.yaml",
                   "takt_scenario: 1\nname: ssp\nsolver: {step_s: 0.001}\nssp: {Motor: {file: motor.ssp" +
@@ -99,6 +101,11 @@ std::shared_ptr<const CellModel> load_system(const System& system, const std::st
   ImportOptions import;
   import.fmus = &library;
   return load_cell(directory / "cell.yaml", {}, import);
+}
+
+std::shared_ptr<const CellModel> load_system(const System& system, const std::string& keys = "",
+                                             const std::string& more = "") {
+  return load_xml(system.xml(), keys, more);
 }
 
 /// One of the FMUs without a cell.
@@ -177,9 +184,9 @@ std::string refusal_with(std::string System::*part, const std::string& text) {
 TEST(Ssp, ForeignElementsAreRefusedWithTheirLineAndWhatIsAllowed) {
   const std::string file = "the SSP motor.ssp: SystemStructure.ssd, line ";
   EXPECT_THAT(
-      refusal_with(&System::elements, "<ssd:System name='inner'/>\n"),
-      AllOf(HasSubstr("cell.yaml:4:"), HasSubstr(file + "9, System: found the element 'System' in Elements; "
-                                                        "allowed: Component")));
+      refusal_with(&System::elements, "<ssd:Group name='inner'/>\n"),
+      AllOf(HasSubstr("cell.yaml:4:"), HasSubstr(file + "9, Group: found the element 'Group' in Elements; "
+                                                        "allowed: Component, System")));
   EXPECT_THAT(refusal_with(&System::elements, "<ssd:SignalDictionaryReference name='s' dictionary='d'/>\n"),
               HasSubstr("'SignalDictionaryReference' in Elements; allowed: Component"));
   EXPECT_THAT(refusal_with(&System::elements,
@@ -190,7 +197,7 @@ TEST(Ssp, ForeignElementsAreRefusedWithTheirLineAndWhatIsAllowed) {
                    "<ssd:Component name='x' implementation='ModelExchange' source='resources/rotor.fmu'/>"),
       HasSubstr("found implementation='ModelExchange'; allowed: any or CoSimulation"));
   EXPECT_THAT(refusal_with(&System::elements, "<ssd:Component name='rotor' source='resources/rotor.fmu'/>"),
-              HasSubstr("found two components with the name 'rotor'"));
+              HasSubstr("found two elements with the name 'rotor'"));
   EXPECT_THAT(
       refusal_with(&System::rotor_source, "http://example.org/rotor.fmu"),
       HasSubstr(
@@ -232,6 +239,131 @@ TEST(Ssp, WrongConnectionsAreRefusedWithTheirLine) {
               HasSubstr("found the units 'V' and 'rpm'; allowed: the same unit, units of the same quantity"));
   EXPECT_EQ(refused(connection("startConnector='u' endConnector='speed' suppressUnitConversion='true'")),
             "accepted");
+}
+
+/// The motor with its winding in a system of its own. `inside`: more elements and connections of that system.
+std::string nested_xml(const std::string& outer_connections = "", const std::string& inner_connections = "",
+                       const std::string& inner_values = "", const std::string& speed_unit = "rad/s") {
+  System flat;
+  const std::string whole = flat.xml();
+  const std::string head = whole.substr(0, whole.find("<ssd:Elements>")),
+                    tail = whole.substr(whole.find("</ssd:System>"));
+  const auto real = [](const std::string& unit) { return "<ssc:Real unit='" + unit + "'/>"; };
+  return head + "<ssd:Elements>\n<ssd:System name='drive'>\n<ssd:Connectors>" + connector("u", "input") +
+         connector("speed", "input", real(speed_unit)) + connector("tau", "output") +
+         connector("spare", "input") + connector("tap", "output") +
+         "</ssd:Connectors>\n<ssd:Elements>\n<ssd:Component name='winding 1' "
+         "source='resources/drive/winding.fmu'><ssd:Connectors>" +
+         connector("u", "input") + connector("w", "input", real("rad/s")) + connector("tau", "output") +
+         "</ssd:Connectors>" + flat.winding_values + "</ssd:Component>\n</ssd:Elements>\n" + inner_values +
+         "<ssd:Connections>\n<ssd:Connection startConnector='u' endElement='winding 1' endConnector='u'/>\n"
+         "<ssd:Connection startConnector='speed' endElement='winding 1' endConnector='w'/>\n"
+         "<ssd:Connection startElement='winding 1' startConnector='tau' endConnector='tau'>"
+         "<ssc:LinearTransformation factor='0.5'/></ssd:Connection>\n" +
+         inner_connections +
+         "</ssd:Connections>\n</ssd:System>\n<ssd:Component name='rotor' "
+         "source='resources/rotor.fmu'><ssd:Connectors>" +
+         connector("tau", "input") + connector("w", "output", real("rad/s")) +
+         "</ssd:Connectors></ssd:Component>\n</ssd:Elements>\n<ssd:Connections>\n"
+         "<ssd:Connection startConnector='u' endElement='drive' endConnector='u'/>\n"
+         // Written from its end: the kinds say which way it goes.
+         "<ssd:Connection startElement='rotor' startConnector='tau' endElement='drive' endConnector='tau'>"
+         "<ssc:LinearTransformation offset='0.01'/></ssd:Connection>\n"
+         "<ssd:Connection startElement='rotor' startConnector='w' endElement='drive' endConnector='speed'/>\n"
+         "<ssd:Connection startElement='rotor' startConnector='w' endConnector='speed'/>\n" +
+         outer_connections + "</ssd:Connections>\n" + tail;
+}
+
+std::string nested_set() {
+  std::string set = kSystemSet;
+  set.replace(set.find("winding 1.k"), 11, "drive.winding 1.k");
+  return set;
+}
+
+TEST(Ssp, ASystemInASystemHasTheBitsOfTheFlatOne) {
+  DeviceCell flat(load_system({}));
+  // A value for the component within the inner system; that of the outer one wins.
+  const std::string inner_values =
+      "<ssd:ParameterBindings><ssd:ParameterBinding><ssd:ParameterValues><ssv:ParameterSet version='1.0' "
+      "name='i'><ssv:Parameters><ssv:Parameter name='winding 1.k'><ssv:Real value='0.3'/></ssv:Parameter>"
+      "</ssv:Parameters></ssv:ParameterSet></ssd:ParameterValues></ssd:ParameterBinding></"
+      "ssd:ParameterBindings>";
+  DeviceCell nested(load_xml(nested_xml("", "", inner_values), "", "", nested_set()));
+  DeviceCell in_rpm(load_xml(nested_xml("", "", "", "rpm"), "", "", nested_set()));
+  EXPECT_EQ(nested.description().devices.size(), 3U);
+  for (int i = 0; i < 300; ++i) {
+    ASSERT_TRUE(flat.step());
+    ASSERT_TRUE(nested.step());
+    ASSERT_TRUE(in_rpm.step());
+    ASSERT_EQ(nested.read("Motor_rotor", "w"), flat.read("Motor_rotor", "w")) << i;
+    ASSERT_EQ(nested.read("Motor_drive_winding_1", "tau"), flat.read("Motor_winding_1", "tau")) << i;
+    ASSERT_EQ(nested.read("Motor", "speed"), flat.read("Motor", "speed")) << i;
+    // From rad/s to the unit of the connector on the way, and back.
+    ASSERT_NEAR(in_rpm.read("Motor_drive_winding_1", "w"), flat.read("Motor_winding_1", "w"), 1e-9) << i;
+  }
+  EXPECT_GT(flat.read("Motor_rotor", "w"), 1.0);
+}
+
+TEST(Ssp, WrongConnectionsOfSystemsInSystemsAreRefusedWithTheirLine) {
+  const auto refused = [](const std::string& xml) {
+    try {
+      load_xml(xml, "", "", nested_set());
+    } catch (const ScenarioError& error) {
+      return std::string(error.what());
+    }
+    return std::string("accepted");
+  };
+  EXPECT_EQ(refused(nested_xml(connection("startElement='rotor' startConnector='w' endElement='drive' "
+                                          "endConnector='spare'"))),
+            "accepted")
+      << "nothing is connected to it within";
+  EXPECT_THAT(
+      refused(nested_xml(connection("startElement='winding 1' startConnector='tau' endElement='rotor' "
+                                    "endConnector='tau'"))),
+      AllOf(HasSubstr("line 25, Connection"),
+            HasSubstr("found the element 'winding 1'; allowed: drive, rotor")));
+  EXPECT_THAT(refused(nested_xml(connection("startElement='rotor' startConnector='w' endElement='drive' "
+                                            "endConnector='u'"))),
+              AllOf(HasSubstr("line 25, Connection"),
+                    HasSubstr("found the connector 'u' again; allowed: one connection to each connector")));
+  EXPECT_THAT(
+      refused(nested_xml("", connection("startConnector='tau' endElement='winding 1' endConnector='u'"))),
+      HasSubstr("line 16, Connection: found two targets"));
+  EXPECT_THAT(
+      refused(nested_xml("", connection("startElement='rotor' startConnector='w' endConnector='tap'"))),
+      HasSubstr("found the element 'rotor'; allowed: winding 1"));
+  // An output of the inner system that its own input feeds, which that output feeds from outside.
+  EXPECT_THAT(
+      refused(nested_xml(
+          connection("startElement='drive' startConnector='tap' endElement='drive' endConnector='spare'") +
+              connection("startElement='drive' startConnector='tap' endElement='rotor' endConnector='w'"),
+          connection("startConnector='spare' endConnector='tap'"))),
+      HasSubstr("found two sources"));
+  EXPECT_THAT(
+      refused(nested_xml(
+          connection("startElement='drive' startConnector='tap' endElement='drive' endConnector='spare'"),
+          connection("startConnector='spare' endConnector='tap'") +
+              connection("startConnector='spare' endElement='winding 1' endConnector='R'"))),
+      HasSubstr("found the connector 'R' of winding 1; allowed: tau, u, w"));
+  std::string without_speed = nested_xml(
+      connection("startElement='drive' startConnector='tap' endElement='drive' endConnector='spare'"),
+      connection("startConnector='spare' endConnector='tap'"));
+  const std::string to_winding = "startConnector='speed' endElement='winding 1'";
+  without_speed.replace(without_speed.find(to_winding), to_winding.size(),
+                        "startConnector='spare' endElement='winding 1'");
+  EXPECT_THAT(
+      refused(without_speed),
+      HasSubstr("line 14, Connection: found connectors of systems that lead to each other in a circle"));
+  EXPECT_THAT(
+      refused(
+          nested_xml("", "",
+                     "<ssd:ParameterBindings><ssd:ParameterBinding><ssd:ParameterValues><ssv:ParameterSet "
+                     "version='1.0' name='i'><ssv:Parameters><ssv:Parameter name='u'><ssv:Real value='3'/>"
+                     "</ssv:Parameter></ssv:Parameters></ssv:ParameterSet></ssd:ParameterValues>"
+                     "</ssd:ParameterBinding></ssd:ParameterBindings>")),
+      HasSubstr(
+          "ParameterBindings: found a value of the connector 'u' of a system in a system; allowed: values of "
+          "components, ELEMENT.NAME"));
 }
 
 TEST(Ssp, DamagedDescriptionsAreRefusedOrReadWhole) {

@@ -237,6 +237,17 @@ def test_trajectories_end_with_success_and_cancelled_ones_say_so(robot):
     client.socket.close()
 
 
+def test_torque_mode_is_refused_and_the_robot_stays(robot):
+    _, ports, gateway = robot
+    client, driver = Rtde(ports[0]), Driver(ports[1])
+    q = client.wait(lambda s: s["runtime_state"] == 2)["actual_q"]
+    driver.command(8, (1.0,) * 6)
+    assert client.wait(lambda s: s["runtime_state"] == 1)["actual_q"] == pytest.approx(q, abs=1e-3)
+    assert any("direct_torque" in line and "force_mode" in line for line in gateway.lines)
+    driver.close()
+    client.socket.close()
+
+
 def nearest_on_the_way(client, via, end):
     """The least distance of the targets to `via` (rad, of the joint that is farthest) until `end` is reached."""
     distances = []

@@ -77,6 +77,7 @@ furnaces:
     set_temperature_degC: 300, temperature_degC: 290, control: {gain_W_per_K: 2000, integral_time_s: 600, max_power_W: 9000}}
 screwdrivers: {Driver: {gripper: G, max_speed_rad_per_s: 60, max_torque_N_m: 4, reach_m: 0.02}}
 light_barriers: {Beam: {at: Odd, pose: {position_m: [0, 0, 1]}, from_m: [0, 0, 0.1], to_m: [1, 0, 0], sees_grounds: true, on_delay_s: 0.1, off_delay_s: 0.2}}
+light_curtains: {Field: {at: Odd, pose: {position_m: [0, 0, 1]}, width_m: 1, beams: 8, pitch_m: 0.02, sees_grounds: true, on_delay_s: 0.1, off_delay_s: 0.2}}
 proximity_boxes: {Near: {at: R, pose: {position_m: [0, 0, 1]}, size_m: [0.1, 0.2, 0.3], hysteresis_m: 0.01, sees_grounds: true, on_delay_s: 0.1, off_delay_s: 0.2}}
 distance_sensors: {Far: {at: G, pose: {position_m: [0, 0, 1]}, range_m: 2, sees_grounds: false, noise_m: 0.001, lag_s: 0.1, resolution_m: 0.01, seed: 3,
     switch_m: 1, hysteresis_m: 0.1, on_delay_s: 0.1, off_delay_s: 0.2}}

@@ -90,10 +90,6 @@ void ExternalProgram::exit_by(const std::string& why) {
   phase_ = Phase::ended;
 }
 
-void ExternalProgram::unsupported(const std::string& what) {
-  throw urscript::ScriptError(1, 1, what + " is not supported by takt");
-}
-
 bool ExternalProgram::advance() {
   switch (phase_) {
     case Phase::connecting:
@@ -187,8 +183,10 @@ void ExternalProgram::change_mode(ControlMode mode) {
       phase_ = Phase::stopping;
       break;
     case ControlMode::torque:
-      unsupported("Torque control");
-      break;
+      throw urscript::ScriptError(
+          1, 1,
+          "direct_torque: allowed: the other control modes; the drives of takt's robots "
+          "follow set-points. force_mode makes them compliant");
     default:
       break;
   }

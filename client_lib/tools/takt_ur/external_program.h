@@ -44,7 +44,6 @@ class ExternalProgram final : public RunningProgram {
   void freedrive_action(std::int32_t action);
   bool servo_set_point(const Vector6& q);
   void exit_by(const std::string& why);
-  void unsupported(const std::string& what);
 
   UrController& controller_;
   const urscript::ExternalControl external_;
