@@ -1,6 +1,7 @@
 #include "server/tools/takt_from_cad/robot_trial.h"
 
 #include <algorithm>
+#include <cmath>
 #include <exception>
 #include <map>
 
@@ -39,7 +40,9 @@ RobotTrial run_robot(const product::Product& product, const product::RobotPlan& 
     const int id = cell->description.find_component(product.instances[i].name);
     const PoseError error =
         pose_error(result.final_state.components.at(static_cast<std::size_t>(id)), product.instances[i].X_WB);
-    if (error.position_m > product::kPlaceTolerance_m) trial.misplaced.push_back(i);
+    if (error.position_m > product::kPlaceTolerance_m ||
+        error.angle_rad > product::kPlaceTolerance_deg * M_PI / 180.0)
+      trial.misplaced.push_back(i);
   }
   return trial;
 }
