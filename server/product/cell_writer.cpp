@@ -248,9 +248,9 @@ class Writer {
     if (robot == nullptr) return;
     out << "\n# Exit code 3 of takt-run where one is not.\nassertions:\n";
     for (const Instance& instance : product_.instances)
-      out << "  " << instance.name << " is in its place: {check: pose, part: " << instance.name
-          << ", pose: {position_m: " << list(instance.X_WB.p)
-          << "}, tolerance_m: " << number_text(kPlaceTolerance_m) << "}\n";
+      out << "  " << instance.name << " is in its place: {check: pose, part: " << instance.name << ", pose: {"
+          << pose(instance.X_WB) << "}, tolerance_m: " << number_text(kPlaceTolerance_m)
+          << ", tolerance_deg: " << number_text(kPlaceTolerance_deg) << "}\n";
   }
 
   static std::string pose(const Pose& X) {

@@ -26,8 +26,8 @@ struct CellFiles {
   std::vector<std::string> notes;        ///< what was assumed or left to the user, one sentence each
 };
 
-/// By how far a part may be out of its place at the end (m).
-inline constexpr double kPlaceTolerance_m = 5e-4;
+/// By how far a part may be out of its place at the end.
+inline constexpr double kPlaceTolerance_m = 5e-4, kPlaceTolerance_deg = 0.5;
 
 /// Writes NAME.yaml and meshes/ into the directory, which is made. The product stands as its file has it: world z is up.
 /// The support is a Ground under the base, with posts where other parts reach further down. With a robot: also

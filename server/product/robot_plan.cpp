@@ -246,7 +246,7 @@ class Planner {
       if (d.z() < -kParallel) return why + "; a cup cannot lower it";
       wanted_cup_m_ = std::max(wanted_cup_m_, cup_for(removing.mass_kg));
       if (result_.gripper.cup_diameter_m > 0.0) found = search.by_cup(removing);
-      if (!found) return why + "; " + search.reason();
+      if (!found) return why == search.reason() ? why : why + "; " + search.reason();
     }
     RobotMove move;
     move.held = held, move.parts = step.parts, move.by_cup = found->by_cup;

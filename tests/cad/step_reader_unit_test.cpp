@@ -277,6 +277,22 @@ TEST_F(StepReader, MovesThatFailInARunOfTheCellAreLeftOutWithTheReason) {
   EXPECT_NE(run("takt-run run " + out + "/Loose_robot.yaml > /dev/null 2>&1"), 0);
 }
 
+TEST_F(StepReader, NoCellWithARobotIsLeftWhereAllMovesFail) {
+  StepProduct made("Loose");
+  made.use(made.root(), made.part("Plate", bored(60, 10, 8.29)), "Plate");
+  made.use(made.root(), made.part("Pin", cylinder(8, 30)), "Pin", moved_by(0, 0, -5));
+  made.write(file());
+  const auto out = directory_ / "out", said = directory_ / "said.txt";
+  const std::string command = std::string(TAKT_BIN_DIR "/takt-from-cad ") + file().string() + " --robot -o " +
+                              out.string() + " > /dev/null 2> " + said.string();
+  ASSERT_EQ(std::system(command.c_str()), 0);
+  std::ifstream in(said);
+  EXPECT_THAT(std::string((std::istreambuf_iterator<char>(in)), {}), HasSubstr("takes no part out"));
+  EXPECT_TRUE(std::filesystem::exists(out / "Loose.yaml"));
+  EXPECT_FALSE(std::filesystem::exists(out / "Loose_robot.yaml"));
+  EXPECT_FALSE(std::filesystem::exists(out / "Loose_robot.lua"));
+}
+
 TEST_F(StepReader, ARobotTakesScrewsAndNutsOut) {
   StepProduct made("Clamp");
   const auto bolt =

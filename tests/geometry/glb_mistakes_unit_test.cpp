@@ -98,6 +98,8 @@ TEST_F(GlbFile, MistakesAreReportedWithTheirPlace) {
       {R"({"mesh":0})", R"({"mesh":0,"translation":5})", "nodes[0]: its translation must be 3 numbers"},
       {R"({"mesh":0})", R"({"mesh":0,"scale":[1,2]})", "nodes[0]: its scale must be 3 numbers"},
       {R"({"mesh":0})", R"({"mesh":0,"rotation":[0,0,0,"w"]})", "nodes[0]: its rotation must be 4 numbers"},
+      {R"({"mesh":0})", R"({"mesh":0,"extensions":{"EXT_mesh_gpu_instancing":{}}})",
+       "nodes[0]: EXT_mesh_gpu_instancing is not supported"},
       {R"({"mesh":0})", R"({"mesh":-1})", "nodes[0]: its mesh must be a whole number below 2^32"},
       {R"({"mesh":0})", R"({"mesh":4294967296})", "nodes[0]: its mesh must be a whole number below 2^32"},
       {R"("primitives":[{)", R"("primitives":[],"x":[{)", "meshes[0] has no primitives"},

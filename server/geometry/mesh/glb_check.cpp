@@ -191,6 +191,9 @@ class GlbDescription {
       seen_[next.node] = true;
       GlbNode found{next.node, next.parent, name_of(node), {}, {}, false};
       read_transform(node, place, found);
+      if (const Json* extensions = member(node, "extensions");
+          extensions != nullptr && member(*extensions, "EXT_mesh_gpu_instancing") != nullptr)
+        throw MeshFault(place + ": EXT_mesh_gpu_instancing is not supported; a node for each use is allowed");
       if (node.contains("mesh")) {
         found.mesh = number(node, "mesh", place);
         const Json& mesh = item("meshes", *found.mesh, place);

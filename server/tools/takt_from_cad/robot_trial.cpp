@@ -1,7 +1,9 @@
 #include "server/tools/takt_from_cad/robot_trial.h"
 
 #include <algorithm>
+#include <cmath>
 #include <exception>
+#include <filesystem>
 #include <map>
 
 #include "server/geometry/convex/decomposition_cache.h"
@@ -26,7 +28,8 @@ RobotTrial run_robot(const product::Product& product, const product::RobotPlan& 
   const HeadlessResult result = run_headless(simulation, scenario, options);
   RobotTrial trial;
   trial.fault = result.fault;
-  if (!result.fault.empty() && result.run_metrics) {
+  const bool began = result.final_state.time_s > 0.0;  // else the cell is at fault, not a move
+  if (!result.fault.empty() && began && result.run_metrics) {
     for (const StepMetrics& one : result.run_metrics->steps) {
       if (!one.step.named) continue;
       for (std::size_t k = 0; k < plan.moves.size(); ++k)
@@ -39,7 +42,9 @@ RobotTrial run_robot(const product::Product& product, const product::RobotPlan& 
     const int id = cell->description.find_component(product.instances[i].name);
     const PoseError error =
         pose_error(result.final_state.components.at(static_cast<std::size_t>(id)), product.instances[i].X_WB);
-    if (error.position_m > product::kPlaceTolerance_m) trial.misplaced.push_back(i);
+    if (error.position_m > product::kPlaceTolerance_m ||
+        error.angle_rad > product::kPlaceTolerance_deg * M_PI / 180.0)
+      trial.misplaced.push_back(i);
   }
   return trial;
 }
@@ -59,13 +64,18 @@ product::CellFiles write_tried_cell(const product::Product& product, const produ
                                     const product::Hierarchy& hierarchy, const std::string& directory,
                                     product::RobotPlan& robot) {
   std::map<std::size_t, std::string> refused;
+  std::vector<std::filesystem::path> of_robot;  // written for moves that are refused since
   const auto write = [&] {
     return product::write_cell(product, plan, hierarchy, directory, robot.moves.empty() ? nullptr : &robot);
   };
   while (true) {
     robot = product::plan_robot(product, plan, refused);
     const product::CellFiles files = write();
-    if (robot.moves.empty()) return files;
+    if (robot.moves.empty()) {
+      for (const std::filesystem::path& file : of_robot) std::filesystem::remove(file);
+      return files;
+    }
+    of_robot = {files.robot_scenario, files.robot_program};
     const RobotTrial trial = try_robot(product, robot, files);
     const std::size_t before = refused.size();
     if (trial.move) {
