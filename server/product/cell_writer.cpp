@@ -225,6 +225,7 @@ class Writer {
            "friction: "
         << number_text(usual_friction_, 3) << "}\n";
     pairs(out);
+    overlaps(out);
     out << "\n# hierarchy: each part is held by parts of larger numbers that it touches, the base by the "
            "support. The numbers follow\n"
            "# from the order of disassembly.\nparts:\n";
@@ -324,6 +325,19 @@ class Writer {
       out << "    - {pair: [" << product_.instances[contact.first].name << ", "
           << product_.instances[contact.second].name << "], friction: " << number_text(mu, 3) << "}\n";
     }
+  }
+
+  /// Parts stand inside each other at the start where a joint means it.
+  void overlaps(std::ostream& out) const {
+    std::set<std::pair<std::size_t, std::size_t>> meant;
+    for (const Contact& contact : product_.contacts)
+      if (contact.kind == ContactKind::thread || contact.kind == ContactKind::snap ||
+          (contact.kind == ContactKind::cylinder_fit && contact.clearance_m < 0.0))
+        meant.insert({contact.first, contact.second});
+    if (meant.empty()) return;
+    out << "\n# Threads, snaps and interference fits.\nworld:\n  allow_overlap:\n";
+    for (const auto& [a, b] : meant)
+      out << "    - [" << product_.instances[a].name << ", " << product_.instances[b].name << "]\n";
   }
 
   void order(std::ostream& out) const {

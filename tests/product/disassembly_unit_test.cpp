@@ -135,5 +135,20 @@ TEST(WrittenCell, LoadsAndStandsStill) {
   }
 }
 
+TEST(WrittenCell, LoadsWithNutsThatAreBoredToTheCore) {
+  // The nut's hole is 1.2 mm narrower than the bolt, more than the load allows for two Parts that no joint joins.
+  Product product = product_of({{plate_with_hole("Base", 0.10, 0.02, 0.00505), {0, 0, 0.03}},
+                                {turned_body("Bolt", {-0.04, 0.0, 0.006}, {0.005, 0.0085}), {0, 0, 0.04}},
+                                {plate_with_hole("Nut", 0.017, 0.008, 0.0044), {0, 0, 0.016}}});
+  test::TemporaryDirectory directory;
+  const Disassembly plan = plan_of(product);
+  const CellFiles files = write_cell(product, plan, hierarchy(product, plan), directory / "cell");
+  Scenario scenario = read_scenario(files.scenario);
+  EXPECT_EQ(scenario.allow_overlap.size(), 1U);
+  EXPECT_TRUE(build_cell(scenario)->start_overlaps.empty());
+  scenario.allow_overlap.clear();
+  EXPECT_EQ(build_cell(scenario)->start_overlaps.size(), 1U);
+}
+
 }  // namespace
 }  // namespace takt::product
