@@ -4,8 +4,8 @@
 #include <string>
 #include <string_view>
 
+#include "idl/common/ros_packages.h"
 #include "server/headless/headless_run.h"
-#include "server/scenario/ros_packages.h"
 #include "server/simulation/model/cell_model.h"
 
 namespace takt {

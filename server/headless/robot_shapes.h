@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "client_lib/render/scene.h"
-#include "server/scenario/ros_packages.h"
+#include "idl/common/ros_packages.h"
 #include "server/scenario/scenario.h"
 #include "server/simulation/model/cell_description.h"
 
