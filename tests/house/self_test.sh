@@ -27,6 +27,7 @@ fresh() {
   write server/scenario/urdf.cpp '#include <tinyxml2.h>\n'
   write server/fmu/description.cpp '#include <tinyxml2.h>\n'
   write server/fmu/system.cpp '#include <tinyxml2.h>\n'
+  write server/geometry/mesh/dae.cpp '#include <tinyxml2.h>\n'
   write server/simulation/step/simulation.h '#pragma once\n#include "server/contact/holding/search.h"\n'
   write server/runtime/loop/loop.cpp '#include <mutex>\n#include "server/simulation/step/simulation.h"\nvoid Loop::take() {}\n'
   write server/dds/participant.cpp '#include <fastdds/dds/domain/DomainParticipant.hpp>\n#include "server/simulation/model/snapshot.h"\n#include "takt_msgs.h"\n'

@@ -193,7 +193,7 @@ TEST_F(ReportedInputs, APartThatFallsRestsWhereItTouches) {
   for (const char* step : {"0.001", "0.005"}) {
     const Outcome found =
         run(kDrop, {"--lod", "1", "--duration", "3", "--set", std::string("solver.step_s=") + step, "--set",
-                    "parts.Box.pose.position_m=[-0.1, 0, 1]"});
+                    "parts.Box.pose.position_m=[-0.1, 0, 1]", "--set", "expected.tolerance_m=0.001"});
     EXPECT_EQ(found.code, 0) << found.text;
     const double z = found.report.at("components").at("Box").at("position").at("z");
     EXPECT_GT(z, -1e-6) << step;
