@@ -22,9 +22,12 @@ export class Programs {
     return true;
   }
 
+  // By name: their topics are found in any order.
+  sorted() { return [...this.robots].sort(([a], [b]) => a.localeCompare(b, undefined, {numeric: true})); }
+
   // What the timeline shows of a robot since that reset of the cell: the sections that its program names, or else its calls.
   bars(reset) {
-    return [...this.robots].filter(([, {epoch}]) => epoch === reset).map(([robot, {steps}]) => ({robot, steps: steps.some(({named}) => named) ? steps.filter(({named}) => named) : steps})).filter(({steps}) => steps.length);
+    return this.sorted().filter(([, {epoch}]) => epoch === reset).map(([robot, {steps}]) => ({robot, steps: steps.some(({named}) => named) ? steps.filter(({named}) => named) : steps})).filter(({steps}) => steps.length);
   }
   // The steps of a robot at a time after that reset, outer ones first.
   at(robot, reset, time) { return (this.robots.get(robot)?.epoch === reset ? this.robots.get(robot).steps : []).filter(({begin, end}) => begin <= time && (end < 0 || time < end)); }
@@ -32,7 +35,7 @@ export class Programs {
   // Programs with the robots that they run for, each once.
   programs() {
     const found = new Map();
-    for (const [robot, {controller, file, text}] of this.robots) {
+    for (const [robot, {controller, file, text}] of this.sorted()) {
       if (!text) continue;
       const key = `${controller}\n${file}\n${text}`;
       if (!found.has(key)) found.set(key, {controller, file, text, robots: []});
