@@ -10,6 +10,7 @@
 
 #include "idl/transport/fastdds/identity_fault.h"
 #include "idl/transport/fastdds/security.h"
+#include "takt_topics.h"
 #include "tests/support/temporary_directory.h"
 
 namespace takt {
@@ -49,6 +50,18 @@ TEST(LocalAuthority, EachRoleGetsAnIdentityOfOneAuthority) {
   EXPECT_EQ(mode_of(state / "security"), 0700U);
   EXPECT_NE(text_of(state / "security/server/identity_key.pem"),
             text_of(state / "security/controller/identity_key.pem"));
+}
+
+TEST(LocalAuthority, AControllerMayWriteEveryTopicOfClients) {
+  const test::TemporaryDirectory directory;
+  const std::string permissions =
+      text_of(fs::path(security_directory("auto", "controller", directory / "state")) / "permissions.p7s");
+  for (const TopicInfo* topic : topics::kAll) {
+    if (topic->writer != TopicWriter::client) continue;
+    // Behind the name of the cell, and of the robot, if each has its own.
+    std::string last(topic->pattern.substr(topic->pattern.rfind('}') + 1));
+    EXPECT_NE(permissions.find("<topic>rt/*" + last + "</topic>"), std::string::npos) << topic->pattern;
+  }
 }
 
 TEST(LocalAuthority, ALaterUseFindsTheSame) {

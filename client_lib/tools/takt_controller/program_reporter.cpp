@@ -30,12 +30,19 @@ ProgramReporter::ProgramReporter(Client& cell, controller::Controller& controlle
     robots_.push_back({robot, info.robots.at(static_cast<std::size_t>(robot)).name, {}});
 }
 
-void ProgramReporter::begin(const std::string& file) {
+std::string ProgramReporter::begin(const std::string& file) {
   Program program;
   program.controller = name_;
   program.file = cut(file, field_info<Program>("file").string_bound);
   program.text = cut(controller_.text(), field_info<Program>("text").string_bound);
-  for (const Robot& robot : robots_) cell_.publish(robot.name, program);
+  try {
+    for (const Robot& robot : robots_) cell_.publish(robot.name, program);
+    send();
+  } catch (const ClientError& error) {
+    robots_.clear();
+    return error.what();
+  }
+  return {};
 }
 
 void ProgramReporter::note(std::uint32_t epoch, double time_s, bool finished) {

@@ -19,8 +19,9 @@ class ProgramReporter {
   ProgramReporter(Client& cell, controller::Controller& controller, const CellInfo& info,
                   const std::string& name);
 
-  /// Sends the program's text.
-  void begin(const std::string& file);
+  /// Sends the program's text. Returns why that is not possible, in a sentence, or an empty text: a secured cell whose
+  /// identities are older lets no controller write these topics. Then nothing is sent.
+  std::string begin(const std::string& file);
   /// Notes where the program is, and sends its steps if that is due.
   void note(std::uint32_t epoch, double time_s, bool finished);
   /// Whether something has changed that has not been sent.

@@ -49,7 +49,8 @@ class Session {
     for (const int device : controller_.driven_devices())
       targets.push_back(info_->devices.at(static_cast<std::size_t>(device)).name);
     cell_.register_controller(options_.name, Seconds{period_s_}, options_.client.timeout, targets);
-    reporter_.begin(options_.program);
+    if (const std::string refusal = reporter_.begin(options_.program); !refusal.empty())
+      std::fprintf(stderr, "takt-controller: note: viewers do not see the program: %s\n", refusal.c_str());
     try {
       if (options_.pace) cell_.set_pace(*options_.pace);
       begin_at(cell_.state());
