@@ -95,6 +95,10 @@ void ControlService::forget_old() {
   }
 }
 
+void ControlService::finish() {
+  (void)writer_->wait_for_acknowledgments(DdsDuration(0, 200'000'000));
+}
+
 void ControlService::write_replies(std::span<const ControlReply> replies) {
   std::vector<Answer> answers;
   {

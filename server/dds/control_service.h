@@ -31,6 +31,8 @@ class ControlService final : public dds::DataReaderListener {
 
   /// Publishing thread: writes the replies of this service, and repeated ones.
   void write_replies(std::span<const ControlReply> replies);
+  /// Waits a little until the clients have received the last replies.
+  void finish();
 
  private:
   using Key = std::pair<std::string, std::uint64_t>;  // client id, sequence number

@@ -113,6 +113,7 @@ void StatePublisher::finish() {
     if (publisher_) publisher_->finish();
   }
   // A client that waits for a reply or an event should receive it before the server exits.
+  control_.finish();
   (void)event_writer_->wait_for_acknowledgments(DdsDuration(0, 200'000'000));
 }
 
