@@ -42,19 +42,30 @@ class Gateway:
         self.process = subprocess.Popen([program_path("takt-ur"), *arguments, str(mapping), "--start"], env=self.environment,
                                         text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
         self.lines = []
-        self.word = ready
-        self.ready = threading.Event()
+        self.over = False
+        self.news = threading.Condition()
         self.thread = threading.Thread(target=self.read, daemon=True)
         self.thread.start()
-        assert self.ready.wait(PATIENCE_S), self.lines
+        self.wait_for_line(ready)
         assert self.process.poll() is None, self.lines
 
     def read(self):
         for line in self.process.stdout:
-            self.lines.append(line)
-            if self.word in line:
-                self.ready.set()
-        self.ready.set()
+            with self.news:
+                self.lines.append(line)
+                self.news.notify_all()
+        with self.news:
+            self.over = True
+            self.news.notify_all()
+
+    def wait_for_line(self, *words):
+        """Until the program has said a line with all of these words."""
+        def said():
+            return any(all(word in line for word in words) for line in self.lines)
+
+        with self.news:
+            self.news.wait_for(lambda: said() or self.over, PATIENCE_S)
+            assert said(), self.lines
 
     def close(self):
         self.process.send_signal(signal.SIGTERM)
@@ -243,7 +254,7 @@ def test_torque_mode_is_refused_and_the_robot_stays(robot):
     q = client.wait(lambda s: s["runtime_state"] == 2)["actual_q"]
     driver.command(8, (1.0,) * 6)
     assert client.wait(lambda s: s["runtime_state"] == 1)["actual_q"] == pytest.approx(q, abs=1e-3)
-    assert any("direct_torque" in line and "force_mode" in line for line in gateway.lines)
+    gateway.wait_for_line("direct_torque", "force_mode")
     driver.close()
     client.socket.close()
 
@@ -271,7 +282,7 @@ def test_a_blend_goes_past_its_point(robot):
         nearest = nearest_on_the_way(client, via, target)
         assert driver.result() == 0
         assert (nearest > 1e-3) == passes, (radius, nearest)
-    assert any("Overlapping Blends" in line for line in gateway.lines)
+    gateway.wait_for_line("Overlapping Blends")
     driver.close()
     client.wait(lambda s: s["runtime_state"] == 1)
     with socket.create_connection(("127.0.0.1", ports[1]), timeout=PATIENCE_S) as primary:
