@@ -96,7 +96,7 @@ void ControlService::forget_old() {
 }
 
 void ControlService::finish() {
-  (void)writer_->wait_for_acknowledgments(DdsDuration(0, 200'000'000));
+  wait_for_acknowledgments(*writer_);
 }
 
 void ControlService::write_replies(std::span<const ControlReply> replies) {

@@ -34,6 +34,11 @@ struct ParticipantOptions {
   std::function<void(dds::DomainParticipantQos&)> prepare = {};
 };
 
+/// Waits a little until the present readers have received what was written: ahead of the end of the writer.
+inline void wait_for_acknowledgments(dds::DataWriter& writer) {
+  (void)writer.wait_for_acknowledgments(DdsDuration(0, 200'000'000));
+}
+
 class Participant {
  public:
   /// The listener must outlive the participant. Throws DdsError.

@@ -93,7 +93,7 @@ void RosEndpoint::write(const Caller& caller, std::string sample) {
 }
 
 void RosEndpoint::wait_for_acknowledgments() {
-  (void)writer_->wait_for_acknowledgments(DdsDuration(0, 200'000'000));
+  takt::wait_for_acknowledgments(*writer_);
 }
 
 void RosEndpoint::on_data_available(dds::DataReader* reader) {

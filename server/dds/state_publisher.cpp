@@ -114,7 +114,7 @@ void StatePublisher::finish() {
   }
   // A client that waits for a reply or an event should receive it before the server exits.
   control_.finish();
-  (void)event_writer_->wait_for_acknowledgments(DdsDuration(0, 200'000'000));
+  wait_for_acknowledgments(*event_writer_);
 }
 
 void StatePublisher::write_instant() {

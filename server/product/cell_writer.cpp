@@ -10,6 +10,7 @@
 
 #include "idl/common/text.h"
 #include "server/geometry/convex/convex_shape.h"
+#include "server/geometry/mesh/obj_writer.h"
 #include "server/product/convex_pieces.h"
 #include "server/product/geometry.h"
 #include "server/product/names.h"
@@ -36,19 +37,12 @@ void write(const fs::path& file, const std::function<void(std::ostream&)>& conte
   if (!out) throw std::runtime_error(file.string() + ": cannot be written");
 }
 
-void write_object(std::ostream& out, const std::string& name, const TriangleMesh& mesh, std::size_t& base) {
-  out << "o " << name << '\n';
-  for (const Vec3& v : mesh.vertices)
-    out << "v " << number_text(v.x(), 9) << ' ' << number_text(v.y(), 9) << ' ' << number_text(v.z(), 9)
-        << '\n';
-  for (const auto& t : mesh.triangles)
-    out << "f " << base + t[0] << ' ' << base + t[1] << ' ' << base + t[2] << '\n';
-  base += mesh.vertices.size();
+void write_objects(const fs::path& file, const std::vector<NamedMesh>& objects) {
+  write(file, [&](std::ostream& out) { out << obj_text(objects); });
 }
 
 void write_mesh(const fs::path& file, const std::string& name, const TriangleMesh& mesh) {
-  std::size_t base = 1;
-  write(file, [&](std::ostream& out) { write_object(out, name, mesh, base); });
+  write_objects(file, {{name, mesh, {}}});
 }
 
 /// Coefficients of friction of dry pairs: Dubbel, Taschenbuch fuer den Maschinenbau, B 15; plastics: VDI 2736.
@@ -131,13 +125,12 @@ class Writer {
       choices_.push_back(choose_convex(body));
       const ConvexChoice& choice = choices_.back();
       if (choice.method != ConvexMethod::pieces) continue;
-      std::size_t base = 1;
-      write(directory_ / "meshes" / (name + "_convex.obj"), [&](std::ostream& out) {
-        int number = 0;
-        for (const std::vector<Vec3>& piece : choice.pieces)
-          write_object(out, "piece_" + std::to_string(++number),
-                       convex_hull_mesh(convex_hull_vertices(piece)), base);
-      });
+      std::vector<NamedMesh> pieces;
+      for (const std::vector<Vec3>& piece : choice.pieces)
+        pieces.push_back({"piece_" + std::to_string(pieces.size() + 1),
+                          convex_hull_mesh(convex_hull_vertices(piece)),
+                          {}});
+      write_objects(directory_ / "meshes" / (name + "_convex.obj"), pieces);
     }
   }
 
@@ -145,11 +138,10 @@ class Writer {
     const Support support = support_of(product_, placed_, plan_);
     const auto& boxes = support.boxes;
     posts_ = boxes.size() - 1;
-    std::size_t base = 1;
-    write(directory_ / "meshes" / "Support.obj", [&](std::ostream& out) {
-      for (std::size_t i = 0; i < boxes.size(); ++i)
-        write_object(out, i == 0 ? "plate" : "post_" + std::to_string(i), boxes[i], base);
-    });
+    std::vector<NamedMesh> objects;
+    for (std::size_t i = 0; i < boxes.size(); ++i)
+      objects.push_back({i == 0 ? "plate" : "post_" + std::to_string(i), boxes[i], {}});
+    write_objects(directory_ / "meshes" / "Support.obj", objects);
     for (const std::size_t i : support.unheld)
       result_.notes.push_back(
           "nothing holds " + product_.instances[i].name +

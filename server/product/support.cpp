@@ -32,23 +32,17 @@ class Grid {
   /// By cell: the lowest point of the part there.
   std::vector<double> lowest(const PlacedInstance& part) const {
     std::vector<double> result(count(), kNothing);
-    for (const Triangle& t : part.triangles) {
-      const Vec3 low = t[0].cwiseMin(t[1]).cwiseMin(t[2]), high = t[0].cwiseMax(t[1]).cwiseMax(t[2]);
-      const auto [i0, i1] = range(low.x(), high.x(), 0);
-      const auto [j0, j1] = range(low.y(), high.y(), 1);
-      for (int i = i0; i <= i1; ++i)
-        for (int j = j0; j <= j1; ++j) {
-          const auto cell = static_cast<std::size_t>(i * kCells + j);
-          if (low.z() >= result[cell]) continue;
-          const Vec3 a = lower(cell), b = a + size();
-          Polygon polygon(t.begin(), t.end());
-          clip(polygon, Vec3::UnitX(), b.x());
-          clip(polygon, -Vec3::UnitX(), -a.x());
-          clip(polygon, Vec3::UnitY(), b.y());
-          clip(polygon, -Vec3::UnitY(), -a.y());
-          for (const Vec3& p : polygon) result[cell] = std::min(result[cell], p.z());
-        }
-    }
+    for (const Triangle& t : part.triangles)
+      for_cells(t, [&](std::size_t cell, double low, double) {
+        if (low >= result[cell]) return;
+        const Vec3 a = lower(cell), b = a + size();
+        Polygon polygon(t.begin(), t.end());
+        clip(polygon, Vec3::UnitX(), b.x());
+        clip(polygon, -Vec3::UnitX(), -a.x());
+        clip(polygon, Vec3::UnitY(), b.y());
+        clip(polygon, -Vec3::UnitY(), -a.y());
+        for (const Vec3& p : polygon) result[cell] = std::min(result[cell], p.z());
+      });
     return result;
   }
 
@@ -60,18 +54,13 @@ class Grid {
     for (const Triangle& t : part.triangles) {
       const Vec3 n = normal_of(t);
       if (n.z() > -0.999 * n.norm()) continue;
-      const Vec3 low = t[0].cwiseMin(t[1]).cwiseMin(t[2]), high = t[0].cwiseMax(t[1]).cwiseMax(t[2]);
-      const auto [i0, i1] = range(low.x(), high.x(), 0);
-      const auto [j0, j1] = range(low.y(), high.y(), 1);
-      for (int i = i0; i <= i1; ++i)
-        for (int j = j0; j <= j1; ++j) {
-          const auto cell = static_cast<std::size_t>(i * kCells + j);
-          if (std::abs(low.z() - lowest[cell]) > kSame_m || high.z() - low.z() > kSame_m) continue;
-          for (std::size_t k = 0; k < (whole ? kPlaces.size() : 1); ++k)
-            if (covers(t, lower(cell).x() + kPlaces[k][0] * size_.x(),
-                       lower(cell).y() + kPlaces[k][1] * size_.y(), -1.0))
-              covered[cell] |= 1 << k;
-        }
+      for_cells(t, [&](std::size_t cell, double low, double high) {
+        if (std::abs(low - lowest[cell]) > kSame_m || high - low > kSame_m) return;
+        for (std::size_t k = 0; k < (whole ? kPlaces.size() : 1); ++k)
+          if (covers(t, lower(cell).x() + kPlaces[k][0] * size_.x(),
+                     lower(cell).y() + kPlaces[k][1] * size_.y(), -1.0))
+            covered[cell] |= 1 << k;
+      });
     }
     std::vector<bool> result;
     for (const int places : covered) result.push_back(places == (whole ? 31 : 1));
@@ -79,6 +68,15 @@ class Grid {
   }
 
  private:
+  /// Calls `visit(cell, low, high)` for each cell under the box of the triangle, with its least and largest height.
+  template <class Visit>
+  void for_cells(const Triangle& t, Visit visit) const {
+    const Vec3 low = t[0].cwiseMin(t[1]).cwiseMin(t[2]), high = t[0].cwiseMax(t[1]).cwiseMax(t[2]);
+    const auto [i0, i1] = range(low.x(), high.x(), 0);
+    const auto [j0, j1] = range(low.y(), high.y(), 1);
+    for (int i = i0; i <= i1; ++i)
+      for (int j = j0; j <= j1; ++j) visit(static_cast<std::size_t>(i * kCells + j), low.z(), high.z());
+  }
   std::pair<int, int> range(double low, double high, int axis) const {
     const auto cell = [&](double x) {
       return static_cast<int>(std::clamp(std::floor((x - from_[axis]) / size_[axis]), -1.0, 1.0 * kCells));

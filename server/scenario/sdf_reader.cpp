@@ -22,7 +22,7 @@ using Element = XmlFile::Element;
 
 constexpr std::string_view kVisual{"visual"}, kCollision{"collision"};
 constexpr std::size_t kDeepestInclude = 16;
-constexpr double kNoLimit = 1e15;  ///< files write 1e16 where there is none
+constexpr double kNoLimit = 1e15;  ///< beyond it a joint is free: exporters write 1e16 for that
 
 /// Elements without a meaning for what stands and moves in a cell.
 const std::set<std::string_view> kWithoutEffect{"pose",

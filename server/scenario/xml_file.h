@@ -39,16 +39,16 @@ class XmlFile {
   static std::string name(const Element& element);
   static int line(const Element& element);
   static bool has(const Element& element, const char* attribute);
-  /// The first child, and the next sibling, of that name, or of any (nullptr). Null: there is none.
+  /// The first child, and the next sibling, of that name; nullptr stands for any name. Null without such an element.
   static const Element* child(const Element& element, const char* name = nullptr);
   static const Element* next(const Element& element, const char* name = nullptr);
   /// Each child of that name, or each child (nullptr).
   static void for_each(const Element& parent, const char* name,
                        const std::function<void(const Element&)>& function);
 
-  /// The text between white space; empty: there is none.
+  /// The text without the white space around it.
   static std::string content(const Element& element);
-  /// Empty: there is none. Throws for control characters.
+  /// Its value, or an empty text for a missing attribute. Throws for control characters.
   std::string attribute(const Element& element, const char* name) const;
   std::string require(const Element& element, const char* name, const std::string& where) const;
   const Element& require_child(const Element& element, const char* name, const std::string& where) const;

@@ -12,12 +12,6 @@ constexpr double kSpeedAcceleration = 40.0;
 constexpr double kSplineDeceleration = 15.0, kSplineSpeed = 6.283185;
 constexpr double kRest = 1e-6;
 
-double largest(const Vector6& values) {
-  double most = 0.0;
-  for (const double value : values) most = std::max(most, std::abs(value));
-  return most;
-}
-
 }  // namespace
 
 Motion::Motion(const ArmModel& arm, double cycle_s) : arm_(arm), cycle_s_(cycle_s) {}
@@ -37,16 +31,8 @@ void Motion::relocate(const Vector6& q) {
   if (mode_ == Mode::path) mode_ = Mode::stop;
 }
 
-JointArray Motion::joints(const Vector6& q) const {
-  JointArray values{};
-  std::copy(q.begin(), q.end(), values.begin());
-  return values;
-}
-
 Pose Motion::tool_pose(const Vector6& q) const {
-  ArmPoses poses;
-  forward_kinematics(arm_, q.data(), poses);
-  return poses.X_RF * X_FT_;
+  return ur::tool_pose(arm_, X_FT_, q);
 }
 
 Vector6 Motion::tool_speed(const Vector6& q, const Vector6& qd) const {
@@ -58,7 +44,7 @@ Vector6 Motion::tool_speed(const Vector6& q, const Vector6& qd) const {
 }
 
 std::optional<Vector6> Motion::inverse_kinematics(const Pose& X_RT, const Vector6& near) const {
-  const IkSolution solution = solve_ik(arm_, X_RT * X_FT_.inverse(), joints(near));
+  const IkSolution solution = solve_ik(arm_, X_RT * X_FT_.inverse(), joint_array(near));
   if (!solution.found) return std::nullopt;
   Vector6 q;
   std::copy_n(solution.q.begin(), q.size(), q.begin());

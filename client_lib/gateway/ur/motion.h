@@ -116,7 +116,6 @@ class Motion {
   bool advance_run(Run& run, double speed_scaling);
   bool lead(Run& run, Blend& blend);
   bool advance_spline(SplineRun& run, double speed_scaling);
-  JointArray joints(const Vector6& q) const;
 
   const ArmModel& arm_;
   const double cycle_s_;

@@ -22,18 +22,6 @@ constexpr int kSamples = 40;           ///< of a path, for its speed
 constexpr double kSpeedReserve = 0.9;  ///< between two samples a joint may be faster
 constexpr double kShortest = 1e-9;
 
-JointArray joint_array(const Vector6& q) {
-  JointArray values{};
-  std::copy(q.begin(), q.end(), values.begin());
-  return values;
-}
-
-double largest(const Vector6& values) {
-  double most = 0.0;
-  for (const double value : values) most = std::max(most, std::abs(value));
-  return most;
-}
-
 /// The acceleration of the fastest profile within `machine`, slowed down evenly to `duration_s`.
 double acceleration_of(const ProfileLimits& machine, double duration_s) {
   const double top = std::min(machine.speed, std::sqrt(machine.acceleration / kRampPeak));
@@ -56,6 +44,24 @@ Pose pose_of(const Vector6& values) {
 Vector6 vector_of(const Pose& X) {
   const Vec3 turn = rotation_vector(X.R);
   return {X.p.x(), X.p.y(), X.p.z(), turn.x(), turn.y(), turn.z()};
+}
+
+JointArray joint_array(const Vector6& q) {
+  JointArray values{};
+  std::copy(q.begin(), q.end(), values.begin());
+  return values;
+}
+
+double largest(const Vector6& values) {
+  double most = 0.0;
+  for (const double value : values) most = std::max(most, std::abs(value));
+  return most;
+}
+
+Pose tool_pose(const ArmModel& arm, const Pose& X_FT, const Vector6& q) {
+  ArmPoses poses;
+  forward_kinematics(arm, q.data(), poses);
+  return poses.X_RF * X_FT;
 }
 
 std::optional<MovePath> MovePath::of(const ArmModel& arm, const Pose& X_FT, const Vector6& from,
@@ -168,12 +174,6 @@ Pose MovePath::tool_at(double s) const {
   Vector6 q;
   joints_at(s, q);
   return tool_pose(q);
-}
-
-Pose MovePath::tool_pose(const Vector6& q) const {
-  ArmPoses poses;
-  forward_kinematics(*arm_, q.data(), poses);
-  return poses.X_RF * X_FT_;
 }
 
 bool MovePath::joints_for(const Pose& X_RT, Vector6& q) const {

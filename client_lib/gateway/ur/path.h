@@ -23,6 +23,11 @@ using Vector6 = std::array<double, 6>;
 /// Pose of x, y, z (m) and rotation vector (rad), as the protocol writes it; and back.
 Pose pose_of(const Vector6& values);
 Vector6 vector_of(const Pose& X);
+JointArray joint_array(const Vector6& q);
+/// The largest magnitude among them.
+double largest(const Vector6& values);
+/// X_RT.
+Pose tool_pose(const ArmModel& arm, const Pose& X_FT, const Vector6& q);
 
 /// Accelerations and speeds of a motion; 0: the default of URScript's functions.
 struct MoveOptions {
@@ -51,7 +56,7 @@ class MovePath {
   /// Joint positions at s; in: positions near them. False where the tool is out of reach.
   bool joints_at(double s, Vector6& q) const;
   Pose tool_at(double s) const;
-  Pose tool_pose(const Vector6& q) const;
+  Pose tool_pose(const Vector6& q) const { return ur::tool_pose(*arm_, X_FT_, q); }
   /// Joint positions of a tool's pose, from positions near them.
   bool joints_for(const Pose& X_RT, Vector6& q) const;
   const ArmModel& arm() const { return *arm_; }

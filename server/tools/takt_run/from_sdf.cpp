@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "idl/command_line/package_folders.h"
+#include "idl/common/text.h"
 #include "server/geometry/mesh/obj_writer.h"
 #include "server/scenario/scenario_builder.h"
 #include "server/scenario/scenario_writer.h"
@@ -21,10 +22,6 @@ struct Arguments {
   std::vector<std::string> packages;
   bool leave_out_missing = false, quiet = false;
 };
-
-std::string count(std::size_t number, const char* one) {
-  return std::to_string(number) + " " + one + (number == 1 ? "" : "s");
-}
 
 void write(const SdfCell& cell, const Arguments& arguments) {
   const fs::path directory = arguments.directory;
@@ -55,9 +52,9 @@ int import(const Arguments& arguments) {
   write(cell, arguments);
   if (!arguments.quiet) {
     for (const std::string& note : cell.notes) std::cout << note << '\n';
-    std::cout << cell.scenario.file.string() << ": " << count(cell.scenario.parts.size(), "Part") << ", "
-              << count(cell.scenario.grounds.size(), "Ground") << ", "
-              << count(cell.scenario.robots.size(), "robot") << '\n';
+    std::cout << cell.scenario.file.string() << ": " << counted(cell.scenario.parts.size(), "Part", "Parts")
+              << ", " << counted(cell.scenario.grounds.size(), "Ground", "Grounds") << ", "
+              << counted(cell.scenario.robots.size(), "robot", "robots") << '\n';
   }
   load_cell(cell.scenario.file);
   return kDone;
