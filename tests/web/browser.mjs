@@ -31,11 +31,12 @@ export async function point(page, act, condition, argument) {
 }
 
 // Opens the page of takt view once it shows a cell: the page, and short words for what tests do with it. What it says of
-// errors is kept in `problems`.
-export async function visit(browser, url, viewport = {width: 900, height: 560}, colorScheme = 'light') {
+// errors is kept in `problems`. `prepare`: what is done to the page before it loads.
+export async function visit(browser, url, viewport = {width: 900, height: 560}, colorScheme = 'light', prepare = () => {}) {
   const page = await (await browser.newContext({viewport, colorScheme, acceptDownloads: true})).newPage();
+  await prepare(page);
   const problems = [];
-  page.on('pageerror', (error) => problems.push(error.message));
+  page.on('pageerror', (error) => problems.push(error.stack));
   page.on('console', (message) => { if (message.type() === 'error' && !message.text().includes('WebSocket')) problems.push(message.text()); });
   const until = (condition, argument) => page.waitForFunction(condition, argument, {timeout: PATIENCE_MS, polling: 50}).catch(async (error) => {
     throw new Error(`${error.message}\nwaited for ${condition} with ${JSON.stringify(argument)}\nthe page says: ${await page.locator('body').innerText()}`);

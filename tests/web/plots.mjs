@@ -150,6 +150,22 @@ await until(() => takt.last.state.epoch === 1 && takt.last.state.time === 0);
 await page.click('#play');
 await filled(until, names, 20);
 assert.ok(await ask(() => [...takt.plots.tracks.values()].every(({x}) => x[0] < 0.5 && x.every((value, i) => i === 0 || value > x[i - 1]))));
+
+stage('one instant of two topics');
+// Joint states have their time in whole nanoseconds, a state has it as a number: the axis of times is one that has ticks.
+await page.click('#pause');
+await until(() => takt.last.status.state === 2);
+const span = await ask(([one, other]) => {
+  const {plots} = takt, column = (name) => plots.tracks.get(name.slice(0, name.indexOf('.')));
+  plots.clear();
+  column(one).take(0.30400000000000005, new Map([[one, 1]]));
+  column(other).take(0.304, new Map([[other, 1]]));
+  Object.assign(plots, {dirty: true, drawn: 0});
+  plots.draw();
+  const {min, max} = plots.plots[0].chart.scales.x;
+  return max - min;
+}, [torque, jointState]);
+assert.ok(span >= 1e-4, `${span} s`);
 assert.deepEqual(problems, []);
 await page.context().close();
 await stop(running);

@@ -1,7 +1,7 @@
 // takt view in Debian's Chromium: the page of a running cell, its controls, a restart of the server, a recording.
 import {strict as assert} from 'node:assert';
 import {closeSync, fstatSync, openSync, writeSync} from 'node:fs';
-import {chromium, executable} from './browser.mjs';
+import {chromium, executable, visit} from './browser.mjs';
 import {program, server, start, stop, takt, view} from './processes.mjs';
 
 const chromiumHere = executable();
@@ -9,13 +9,7 @@ const chromiumHere = executable();
 let {child: bridge, url} = await view();  // before there is anything to see
 let running = await server('--paused', '--lod', '3', '--set', 'solver.method=implicit');
 const browser = await chromium.launch(chromiumHere);
-const page = await browser.newPage({viewport: process.env.TAKT_SCREENSHOT ? {width: 1400, height: 900} : {width: 900, height: 560}});
-const problems = [];
-page.on('pageerror', (error) => problems.push(error.message));
-page.on('console', (message) => { if (message.type() === 'error' && !message.text().includes('WebSocket')) problems.push(message.text()); });
-const until = (condition, argument) => page.waitForFunction(condition, argument, {timeout: 300000, polling: 50})
-  .catch(async (error) => { throw new Error(`${error.message}\nthe page says: ${await page.locator('body').innerText()}`); });
-const ask = (what, argument) => page.evaluate(what, argument);
+const {page, problems, until, ask} = await visit(browser, url, process.env.TAKT_SCREENSHOT ? {width: 1400, height: 900} : {width: 900, height: 560});
 const pixels = async () => (await page.locator('#cell').screenshot()).toString('base64');
 
 // Says how far it is, with the time.
@@ -23,8 +17,6 @@ const begun = Date.now();
 const stage = (what) => console.log(`${((Date.now() - begun) / 1000).toFixed(1)} s: ${what}`);
 
 // The page loads and knows the cell.
-await page.goto(url);
-await until(() => takt.last.state && takt.last.status && takt.cell.frames > 0);
 assert.equal(await page.locator('#connection').textContent(), 'connected');
 assert.deepEqual(await ask(() => takt.last.description.robots.map(({name}) => name)), ['Robot1', 'Robot2']);
 await until(() => document.querySelector('#status').textContent.includes('paused') || document.querySelector('#status').textContent.includes('stopped'));
@@ -103,6 +95,24 @@ if (process.env.TAKT_SCREENSHOT) {
   await until(() => takt.cell.settled && !document.querySelector('#answer').classList.contains('shown'));
   await page.screenshot({path: process.env.TAKT_SCREENSHOT});
 }
+
+stage('topics in any order');
+// The description arrives after all others: contacts wait for it.
+const late = await visit(browser, url, {width: 500, height: 400}, 'light', (made) => made.routeWebSocket(/^ws:/, (socket) => {
+  const server = socket.connectToServer(), idOf = new Map();
+  let kept = [];
+  server.onMessage((message) => {
+    if (typeof message === 'string') for (const {id, topic} of JSON.parse(message).channels ?? []) idOf.set(topic.split('/').at(-1), id);
+    const channel = typeof message !== 'string' && message[0] === 1 ? message.readUInt32LE(1) : null;
+    if (kept && channel === idOf.get('description')) return kept.push(message);
+    socket.send(message);
+    if (channel === idOf.get('contacts') && kept?.length) { kept.forEach((one) => socket.send(one)); kept = null; }
+  });
+}));
+await late.until(() => takt.last.contacts && takt.cell.components.length > 0);
+await late.until(() => takt.cell.patches.filter(({disc}) => disc.visible).length === takt.last.contacts.contacts.length);
+assert.deepEqual(late.problems, []);
+await late.page.context().close();
 
 stage('plots');
 // A plot that was asked for fills.

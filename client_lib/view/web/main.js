@@ -105,6 +105,7 @@ const takes = {
     const before = generation;
     if (last.state) takes.state(last.state);
     provisional = generation !== before;  // that state may be of the cell before
+    if (last.contacts?.scenario_generation === description.scenario_generation) takes.contacts(last.contacts);
     select(wanted ?? chosen);
     if (chosen?.name === wanted?.name) wanted = null;
   },
@@ -115,11 +116,14 @@ const takes = {
     }
     drawn.state = drawn.graph = true;
   },
+  // Topics arrive in any order: what names components by number waits for the description.
   contacts(contacts) {
+    if (!cell.description) return;
     if (!lower.past.shown) cell.showContacts(contacts);
     listPairs(contacts.contacts.map(({base, target}) => pairName(base, target)));
   },
   contact_pressures(sample) {
+    if (!cell.description) return;
     const chosen = $('pressure').value;
     const pairs = sample.pairs.filter(({base, target}) => chosen === '*' || chosen === pairName(base, target));
     if (lower.past.shown) return;

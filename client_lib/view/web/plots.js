@@ -7,7 +7,7 @@ import {levelsOf, valueText} from './signals.js';
 
 // A colour of the page's theme, at each drawing.
 const themed = (name) => () => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
-const COLORS = 6, DASHES = [[], [6, 4], [2, 3]], PERIOD_MS = 50, LOWEST = 150, HIGHEST = 320, MOST = 8;
+const COLORS = 6, DASHES = [[], [6, 4], [2, 3]], PERIOD_MS = 50, LOWEST = 150, HIGHEST = 320, MOST = 8, LEAST_SPAN_S = 1e-4;
 const topicOf = (name) => name.slice(0, name.indexOf('.'));
 export const labelOf = (name) => levelsOf(name).slice(1).join(' ');
 const clamp = (value, low, high) => Math.min(Math.max(value, low), high);
@@ -205,14 +205,15 @@ export class Plots {
   }
   shown() {
     const [first, last] = this.range();
-    if (this.span === null) return [first, last > first ? last : first + 1];
+    // Joint states have their time in whole nanoseconds: one instant of two topics may be two numbers, between which no axis has ticks.
+    if (this.span === null) return [first, last - first >= LEAST_SPAN_S ? last : first + 1];
     const end = this.end ?? last;
     return [end - this.span, end];
   }
   // Seconds up to an end, else up to the newest sample; null: all.
   zoom(span, end = null) {
     const [first, last] = this.range();
-    this.span = span === null || (span >= last - first && span > 0) ? null : Math.max(span, 1e-4);
+    this.span = span === null || (span >= last - first && span > 0) ? null : Math.max(span, LEAST_SPAN_S);
     this.end = this.span === null || end === null || end >= last ? null : Math.max(end, first + this.span);
     this.touch();
   }
