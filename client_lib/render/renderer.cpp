@@ -54,7 +54,21 @@ void for_each_pixel(const std::array<ScreenPoint, 3>& t, int width, int height, 
   const int y1 = static_cast<int>(std::ceil(std::min<double>(height, y_high)));
   for (int y = y0; y < y1; ++y) {
     const double py = y + 0.5;
-    for (int x = x0; x < x1; ++x) {
+    // Where the row meets the edges, and a pixel more: most of the box around a needle is outside.
+    double from = std::numeric_limits<double>::infinity(), to = -from;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const ScreenPoint &a = t[k], &b = t[(k + 1) % 3];
+      if ((a.y < py && b.y < py) || (a.y > py && b.y > py)) continue;
+      const double along = a.y == b.y ? 0.0 : (py - a.y) / (b.y - a.y);
+      const double crossing = a.x + along * (b.x - a.x);
+      from = std::min({from, crossing, a.y == b.y ? b.x : crossing});
+      to = std::max({to, crossing, a.y == b.y ? b.x : crossing});
+    }
+    if (!(from <= to)) continue;
+    const int first = std::max(x0, static_cast<int>(std::floor(std::max(from - 1.0, 0.0))));
+    const int last =
+        std::min(x1, static_cast<int>(std::ceil(std::min(to + 1.0, static_cast<double>(width)))));
+    for (int x = first; x < last; ++x) {
       const double px = x + 0.5;
       const double w0 = ((t[1].x - px) * (t[2].y - py) - (t[2].x - px) * (t[1].y - py)) / area;
       const double w1 = ((t[2].x - px) * (t[0].y - py) - (t[0].x - px) * (t[2].y - py)) / area;

@@ -35,5 +35,10 @@ for modulus in 1e5 1e6 1e7 1e8 1e9 1e10 1e11; do
     END { printf "%s %.9g %d\n", modulus, 0.18 - z, steps }' "$work/stack.json" >>"$work/stiffness.txt"
 done
 
+# A product of CAD data: exploded, and taken apart by a robot.
+"$bin/takt-from-cad" "$config/cad/bearing_block.step" --robot -o "$work/bearing_block" >/dev/null
+cp "$work/bearing_block/exploded.png" "$pictures/cad_exploded.png"
+"$bin/takt-run" run "$work/bearing_block/Bearing_block_robot.yaml" --quiet --picture "$pictures/cad_robot.png@70" 2>>"$work/notes.txt"
+
 draw() { gnuplot -e "data='$work'; out='$pictures/trap_$1.png'" "$here/trap_$1.gp" && echo "$pictures/trap_$1.png"; }
 for name in edges mesh clearance stiffness; do draw $name; done

@@ -253,4 +253,33 @@ bool make_body(const TopoDS_Shape& given, double deflection_m, double angle_rad,
   return true;
 }
 
+TriangleMesh finer_mesh(const TopoDS_Shape& solid, double deflection_m, double angle_rad,
+                        const product::Body& body, const std::vector<double>& face_deflections_m) {
+  std::size_t count = 0;
+  constexpr double kSameArea = 1e-6;
+  for (TopExp_Explorer at(solid, TopAbs_FACE); at.More(); at.Next(), ++count) {
+    if (count == body.faces.size()) return {};
+    GProp_GProps area;
+    BRepGProp::SurfaceProperties(at.Current(), area);
+    const double known = body.faces[count].area_m2;
+    if (!(std::abs(area.Mass() * kMm * kMm - known) <= kSameArea * std::abs(known))) return {};
+  }
+  if (count != body.faces.size()) return {};
+  std::vector<double> face_deflections_mm;
+  for (const double d : face_deflections_m) face_deflections_mm.push_back(d / kMm);
+  TriangulatedSolid triangulated =
+      triangulate_faces(solid, deflection_m / kMm, angle_rad, face_deflections_mm);
+  if (triangulated.open_edges > 0) {  // faces of their own fineness do not suit each solid
+    double finest_mm = deflection_m / kMm;
+    for (const double d : face_deflections_mm)
+      if (d > 0.0) finest_mm = std::min(finest_mm, d);
+    triangulated = triangulate(solid, finest_mm, angle_rad);
+  }
+  TriangleMesh mesh = std::move(triangulated.mesh);
+  for (Vec3& vertex : mesh.vertices) vertex *= kMm;
+  if (volume_properties(mesh).volume < 0.0)
+    for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
+  return check_closed(mesh).ok() ? mesh : TriangleMesh{};
+}
+
 }  // namespace takt::cad

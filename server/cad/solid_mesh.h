@@ -13,4 +13,9 @@ namespace takt::cad {
 bool make_body(const TopoDS_Shape& solid_mm, double deflection_m, double angle_rad, product::Body& body,
                std::vector<std::string>& notes);
 
+/// The mesh of that solid whose faces, those of `body.faces`, are within distances of their own (m; 0: `deflection_m`).
+/// Empty where it is not closed, or the faces are not those of the solid: the body's mesh was repaired.
+TriangleMesh finer_mesh(const TopoDS_Shape& solid_mm, double deflection_m, double angle_rad,
+                        const product::Body& body, const std::vector<double>& face_deflections_m);
+
 }  // namespace takt::cad

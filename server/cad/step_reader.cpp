@@ -12,6 +12,8 @@
 #include <STEPCAFControl_Reader.hxx>
 #include <Standard_ErrorHandler.hxx>
 #include <Standard_Failure.hxx>
+#include <StepGeom_CartesianTransformationOperator3d.hxx>
+#include <StepGeom_Direction.hxx>
 #include <TCollection_AsciiString.hxx>
 #include <TDF_AttributeIterator.hxx>
 #include <TDF_LabelSequence.hxx>
@@ -30,6 +32,7 @@
 #include <XCAFDoc_Material.hxx>
 #include <XCAFDoc_MaterialTool.hxx>
 #include <XCAFDoc_ShapeTool.hxx>
+#include <XSControl_WorkSession.hxx>
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -39,6 +42,7 @@
 #include <iterator>
 #include <string_view>
 
+#include "idl/common/text.h"
 #include "server/cad/body_bytes.h"
 #include "server/cad/child_process.h"
 #include "server/cad/solid_mesh.h"
@@ -85,6 +89,23 @@ struct Damage {
   bool is_cut = false;  ///< the last entity has no end
   Entities unused;      ///< points, curves, faces and solids which no other entity refers to
 };
+
+Vec3 vector_of(const Handle(StepGeom_Direction) & direction) {
+  Vec3 v = Vec3::Zero();
+  for (int i = 0; i < 3; ++i) v[i] = direction->DirectionRatiosValue(i + 1);
+  return v;
+}
+
+/// Does the operator mirror? Its axes are those of base_axis in ISO 10303-42: u3, then u1, then u2, each at right angles to those
+/// before it.
+bool mirrors(const Handle(StepGeom_CartesianTransformationOperator3d) & op) {
+  const Vec3 z = op->HasAxis3() ? vector_of(op->Axis3()).normalized() : Vec3::UnitZ();
+  const Vec3 along = op->HasAxis1() ? vector_of(op->Axis1()) : Vec3::UnitX();
+  Vec3 x = along - along.dot(z) * z;
+  if (x.norm() < 1e-9) x = Vec3::UnitY() - z.y() * z;
+  const Vec3 y = op->HasAxis2() ? vector_of(op->Axis2()) : Vec3::UnitY();
+  return x.cross(y).dot(z) < 0.0;
+}
 
 /// Of the text of a STEP file (ISO 10303-21).
 Damage find_damage(std::string_view text) {
@@ -145,12 +166,38 @@ Damage find_damage(std::string_view text) {
   return {without(referred, defined), is_cut, without(shapes, referred)};
 }
 
-class Reader {
+}  // namespace
+
+class StepFile::Reader {
  public:
   Reader(const std::filesystem::path& file, const StepOptions& options)
       : file_(std::filesystem::absolute(file)), options_(options) {}
 
-  Product read() {
+  const Product& product() const { return product_; }
+
+  TriangleMesh finer_mesh(std::size_t body, const std::vector<double>& face_deflections_m) const {
+    // In a process of its own, as try_make_body.
+    const ChildResult result = run_in_child(
+        [&] {
+          Body made;
+          try {
+            OCC_CATCH_SIGNALS
+            made.mesh = cad::finer_mesh(solids_[body], options_.deflection_m, options_.angular_deflection_rad,
+                                        product_.bodies[body], face_deflections_m);
+          } catch (const Standard_Failure&) {
+            made.mesh = {};
+          }
+          return bytes_of(made, {});
+        },
+        options_.time_limit_s);
+    if (!result.problem.empty()) return {};
+    Body made;
+    std::vector<std::string> notes;
+    take_bytes(result.bytes, made, notes);
+    return std::move(made.mesh);
+  }
+
+  void read() {
     load();
     product_.name = file_.stem().string();
     product_.source = file_.string();
@@ -170,7 +217,6 @@ class Reader {
            reason + "; allowed: a STEP file with solids (in the CAD program, export solids, not surfaces)");
     }
     product::make_names_unique(product_.instances);
-    return std::move(product_);
   }
 
  private:
@@ -211,6 +257,24 @@ class Reader {
     if (!reader.Transfer(document_))
       fail(file_, "its shapes cannot be transferred: entities are missing or damaged");
     note_missing_files(reader);
+    note_operators(*reader.ChangeReader().WS()->Model());
+  }
+
+  /// OpenCASCADE takes turn and shift out of a transformation operator, and leaves mirror and scale out.
+  void note_operators(const Interface_InterfaceModel& model) {
+    std::size_t count = 0;
+    std::string first;
+    for (int i = 1; i <= model.NbEntities(); ++i) {
+      const auto op = Handle(StepGeom_CartesianTransformationOperator3d)::DownCast(model.Value(i));
+      if (op.IsNull() || (!mirrors(op) && (!op->HasScale() || std::abs(op->Scale() - 1.0) < 1e-9))) continue;
+      if (count++ == 0) first = model.StringLabel(op)->ToCString();
+    }
+    if (count > 0)
+      product_.notes.push_back(
+          counted(count, "placement mirrors or scales its part", "placements mirror or scale their parts") +
+          " by a CARTESIAN_TRANSFORMATION_OPERATOR_3D, first " + first +
+          ": these parts stand unmirrored and in their own size. In the CAD program, make each a part of its "
+          "own");
   }
 
   void note_missing_files(const STEPCAFControl_Reader& reader) {
@@ -285,6 +349,7 @@ class Reader {
       body.material = material_of(part, name);
       made.push_back(product_.bodies.size());
       product_.bodies.push_back(std::move(body));
+      solids_.push_back(solid);
     }
     return made;
   }
@@ -382,24 +447,38 @@ class Reader {
   }
 
   const std::filesystem::path file_;
-  const StepOptions& options_;
+  const StepOptions options_;
   Product product_;
+  std::vector<TopoDS_Shape> solids_;  ///< by body
   Handle(TDocStd_Document) document_;
   Handle(XCAFDoc_ShapeTool) shapes_;
   Handle(XCAFDoc_ColorTool) colours_;
   std::map<std::string, std::vector<std::size_t>> made_;  ///< bodies by label of the part
 };
 
-}  // namespace
-
-product::Product read_step(const std::filesystem::path& file, const StepOptions& options) {
+StepFile::StepFile(const std::filesystem::path& file, const StepOptions& options)
+    : reader_(std::make_unique<Reader>(file, options)) {
   try {
     OSD::SetSignal(false);  // a crash in OpenCASCADE becomes an exception
     OCC_CATCH_SIGNALS
-    return Reader(file, options).read();
+    reader_->read();
   } catch (const Standard_Failure& failure) {
     fail(file, std::string("OpenCASCADE cannot read it: ") + failure.GetMessageString());
   }
+}
+
+StepFile::~StepFile() = default;
+
+const product::Product& StepFile::product() const {
+  return reader_->product();
+}
+
+TriangleMesh StepFile::finer_mesh(std::size_t body, const std::vector<double>& face_deflections_m) const {
+  return reader_->finer_mesh(body, face_deflections_m);
+}
+
+product::Product read_step(const std::filesystem::path& file, const StepOptions& options) {
+  return StepFile(file, options).product();
 }
 
 }  // namespace takt::cad

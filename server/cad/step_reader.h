@@ -3,6 +3,7 @@
 // materials, exact mass properties, closed meshes, faces.
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <stdexcept>
 #include <string>
 
@@ -24,10 +25,28 @@ struct StepOptions {
   int time_limit_s = 60;  ///< of the processor's time for one solid; at least 1
 };
 
-/// Lengths in m, whatever the unit of the file. Solids of one part become bodies of their own. Bodies that are mirrored
-/// or scaled where they are used become bodies of their own. Surfaces that bound no solid are left out, with a note; so is a solid that OpenCASCADE does not mesh
-/// within its time, or crashes on.
-/// Throws CadError for a missing or unreadable file, and one without a solid. The same file gives the same product.
+/// A STEP file. Lengths in m, whatever the unit of the file. Solids of one part become bodies of their own, and so do
+/// bodies that are mirrored or scaled where they are used. Surfaces that bound no solid are left out, with a note; so is a
+/// solid that OpenCASCADE does not mesh within its time, or crashes on. The same file gives the same product.
+class StepFile {
+ public:
+  /// Throws CadError for a missing or unreadable file, and one without a solid.
+  explicit StepFile(const std::filesystem::path& file, const StepOptions& options = {});
+  ~StepFile();
+  StepFile(const StepFile&) = delete;
+  StepFile& operator=(const StepFile&) = delete;
+
+  const product::Product& product() const;
+  /// The mesh of a body with facets within these distances (m) of its faces, in the order of Body::faces; 0: within the
+  /// deflection of the file. Empty where OpenCASCADE makes no such closed mesh.
+  TriangleMesh finer_mesh(std::size_t body, const std::vector<double>& face_deflections_m) const;
+
+ private:
+  class Reader;
+  std::unique_ptr<Reader> reader_;
+};
+
+/// The product of the file alone.
 product::Product read_step(const std::filesystem::path& file, const StepOptions& options = {});
 
 }  // namespace takt::cad

@@ -113,6 +113,13 @@ TopoDS_Shape prepared(const TopoDS_Shape& solid, Way way) {
   }
 }
 
+/// Meshes the faces that have no mesh as near as this, and collects all.
+void finish(TriangulatedSolid& result, double deflection_mm, double angle_rad) {
+  const BRepMesh_IncrementalMesh mesher(result.shape, deflection_mm, false, angle_rad, false);
+  collect_mesh(result.shape, result.mesh, result.triangle_faces);
+  result.open_edges = product::open_edges(result.mesh);
+}
+
 TriangulatedSolid attempt(const TopoDS_Shape& solid, Way way, double deflection_mm, double angle_rad) {
   TriangulatedSolid result;
   result.shape = prepared(solid, way);
@@ -120,9 +127,7 @@ TriangulatedSolid attempt(const TopoDS_Shape& solid, Way way, double deflection_
   if (way == Way::finer) deflection_mm *= 0.5;
   if (way == Way::coarser_in_angle) angle_rad *= 2.5;
   BRepTools::Clean(result.shape);
-  const BRepMesh_IncrementalMesh mesher(result.shape, deflection_mm, false, angle_rad, false);
-  collect_mesh(result.shape, result.mesh, result.triangle_faces);
-  result.open_edges = product::open_edges(result.mesh);
+  finish(result, deflection_mm, angle_rad);
   return result;
 }
 
@@ -142,6 +147,21 @@ TriangulatedSolid triangulate(const TopoDS_Shape& solid, double deflection_mm, d
     if (best.open_edges == 0) break;
   }
   return best;
+}
+
+TriangulatedSolid triangulate_faces(const TopoDS_Shape& solid, double deflection_mm, double angle_rad,
+                                    const std::vector<double>& face_deflections_mm) {
+  TriangulatedSolid result;
+  result.shape = solid;
+  BRepTools::Clean(solid);
+  std::size_t index = 0;
+  for (TopExp_Explorer at(solid, TopAbs_FACE); at.More() && index < face_deflections_mm.size();
+       at.Next(), ++index)
+    if (face_deflections_mm[index] > 0.0)
+      const BRepMesh_IncrementalMesh mesher(at.Current(), face_deflections_mm[index], false, angle_rad,
+                                            false);
+  finish(result, deflection_mm, angle_rad);  // what is finer stays
+  return result;
 }
 
 }  // namespace takt::cad

@@ -22,4 +22,8 @@ struct TriangulatedSolid {
 /// angle; mended by ShapeFix. The first closed surface counts, else the one with the fewest open edges.
 TriangulatedSolid triangulate(const TopoDS_Shape& solid, double deflection_mm, double angle_rad);
 
+/// The solid as it is, its faces within distances of their own (mm, as TopExp_Explorer visits them; 0: `deflection_mm`).
+TriangulatedSolid triangulate_faces(const TopoDS_Shape& solid, double deflection_mm, double angle_rad,
+                                    const std::vector<double>& face_deflections_mm);
+
 }  // namespace takt::cad

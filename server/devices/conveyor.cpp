@@ -11,7 +11,7 @@ namespace takt {
 namespace {
 constexpr const char* kBelts = "belts";
 
-void describe_curve(Fields& f, ScenarioConveyor::Curve& s) {
+void describe_curve(Fields& f, ScenarioConveyorCurve& s) {
   f.field("center_m", s.center_G, vector3("m"),
           "A point on the axis of the curve, in the frame of the ground.", kRequired);
   f.field("axis", s.axis_G, vector3(""), "Axis of the curve, in the frame of the ground; of any length.");

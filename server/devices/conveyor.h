@@ -13,15 +13,17 @@
 
 namespace takt {
 
+/// Of a belt that runs around an axis.
+struct ScenarioConveyorCurve {
+  Vec3 center_G = Vec3::Zero(), axis_G = Vec3::UnitZ();
+  double radius_m = 0.0;
+};
+
 /// The keys of a conveyor in a scenario.
 struct ScenarioConveyor {
   std::string ground;
   Vec3 direction_G = Vec3::UnitX();
-  struct Curve {
-    Vec3 center_G = Vec3::Zero(), axis_G = Vec3::UnitZ();
-    double radius_m = 0.0;
-  };
-  std::optional<Curve> curve;
+  std::optional<ScenarioConveyorCurve> curve;
   double max_speed_m_per_s = 0.0, max_acceleration_m_per_s2 = 0.0;
   std::optional<double> speed_m_per_s;  ///< until another one is commanded; unset: the largest
   bool running = false;                 ///< at the start

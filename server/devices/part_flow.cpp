@@ -71,7 +71,7 @@ void describe(Fields& f, ScenarioSink& s) {
           "Pools whose parts it takes; without it: all.");
   f.field("at", s.ground, f.name_of({"grounds"}, "a ground"), "It takes parts that this ground holds.");
   f.section("region", "It takes parts whose centre of mass is in this box.", s.region,
-            [&](ScenarioSink::Region& region) {
+            [&](ScenarioSinkRegion& region) {
               f.pose("center", region.X_WV, "Pose of the centre.");
               f.field("size_m", region.size_m, Vector3{positive("m")}, "Lengths along the axes of `center`.",
                       kRequired);

@@ -23,16 +23,18 @@ struct ScenarioSource {
 };
 DeviceType source_type();
 
+/// A box.
+struct ScenarioSinkRegion {
+  Pose X_WV;  ///< centre
+  Vec3 size_m = Vec3::Zero();
+};
+
 /// The keys of a sink in a scenario.
 struct ScenarioSink {
-  std::vector<std::string> pools;  ///< empty: all
-  std::string ground;              ///< `at`: takes Parts that this Ground holds
-  struct Region {
-    Pose X_WV;  ///< centre
-    Vec3 size_m = Vec3::Zero();
-  };
-  std::optional<Region> region;  ///< takes Parts whose centre of mass is inside
-  bool held = false;             ///< also Parts that a Gripper or an attachment holds
+  std::vector<std::string> pools;            ///< empty: all
+  std::string ground;                        ///< `at`: takes Parts that this Ground holds
+  std::optional<ScenarioSinkRegion> region;  ///< takes Parts whose centre of mass is inside
+  bool held = false;                         ///< also Parts that a Gripper or an attachment holds
 };
 DeviceType sink_type();
 

@@ -121,7 +121,8 @@ class Writer {
       std::string name = stem;
       for (int i = 2; !taken.insert(name).second; ++i) name = stem + "_" + std::to_string(i);
       files_.push_back(name);
-      write_mesh(directory_ / "meshes" / (name + ".obj"), name, body.mesh);
+      write_mesh(directory_ / "meshes" / (name + ".obj"), name,
+                 body.contact_mesh.triangles.empty() ? body.mesh : body.contact_mesh);
       choices_.push_back(choose_convex(body));
       const ConvexChoice& choice = choices_.back();
       if (choice.method != ConvexMethod::pieces) continue;

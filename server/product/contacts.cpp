@@ -10,6 +10,7 @@
 #include "idl/common/text.h"
 #include "server/geometry/segment_distance.h"
 #include "server/product/geometry.h"
+#include "server/product/names.h"
 
 namespace takt::product {
 
@@ -58,38 +59,42 @@ bool coaxial(const Face& a, const Face& b, double apart_m) {
          (b.point_B - a.point_B).cross(a.axis_B).norm() <= apart_m;
 }
 
-/// A part of the name in any case.
-bool has_word(const std::string& name, std::initializer_list<const char*> words) {
-  const std::string lower = lower_text(name);
-  return std::any_of(words.begin(), words.end(),
-                     [&](const char* word) { return lower.find(word) != std::string::npos; });
-}
+/// Nominal diameters and pitches of ISO 261, coarse series (mm).
+constexpr std::array<std::pair<double, double>, 19> kSeries{{{2, 0.4},
+                                                             {2.5, 0.45},
+                                                             {3, 0.5},
+                                                             {4, 0.7},
+                                                             {5, 0.8},
+                                                             {6, 1.0},
+                                                             {8, 1.25},
+                                                             {10, 1.5},
+                                                             {12, 1.75},
+                                                             {14, 2.0},
+                                                             {16, 2.0},
+                                                             {18, 2.5},
+                                                             {20, 2.5},
+                                                             {22, 2.5},
+                                                             {24, 3.0},
+                                                             {27, 3.0},
+                                                             {30, 3.5},
+                                                             {36, 4.0},
+                                                             {42, 4.5}}};
 
-/// ISO 261, coarse series: of the nearest nominal diameter.
-double coarse_pitch_m(double diameter_m) {
-  constexpr std::array<std::pair<double, double>, 19> kSeries{{{2, 0.4},
-                                                               {2.5, 0.45},
-                                                               {3, 0.5},
-                                                               {4, 0.7},
-                                                               {5, 0.8},
-                                                               {6, 1.0},
-                                                               {8, 1.25},
-                                                               {10, 1.5},
-                                                               {12, 1.75},
-                                                               {14, 2.0},
-                                                               {16, 2.0},
-                                                               {18, 2.5},
-                                                               {20, 2.5},
-                                                               {22, 2.5},
-                                                               {24, 3.0},
-                                                               {27, 3.0},
-                                                               {30, 3.5},
-                                                               {36, 4.0},
-                                                               {42, 4.5}}};
+/// Nominal diameter and pitch (mm) of the nearest one.
+const std::pair<double, double>& nearest_thread(double diameter_m) {
   const auto nearest = std::min_element(kSeries.begin(), kSeries.end(), [&](const auto& a, const auto& b) {
     return std::abs(a.first - diameter_m * 1e3) < std::abs(b.first - diameter_m * 1e3);
   });
-  return nearest->second * 1e-3;
+  return *nearest;
+}
+
+/// A shaft of nominal diameter in a hole between the minor diameter of the thread (d - 1.083 P, ISO 724) and that of the drill for
+/// it (d - P).
+bool is_tapped(double shaft_m, double hole_m, double pitch_m) {
+  constexpr double kExact_m = 1e-5, kRounded = 0.03;  // of the pitch
+  const double nominal_m = 1e-3 * nearest_thread(shaft_m).first;
+  return std::abs(shaft_m - nominal_m) < kExact_m && hole_m > nominal_m - (1.083 + kRounded) * pitch_m &&
+         hole_m < nominal_m - (1.0 - kRounded) * pitch_m;
 }
 
 class Finder {
@@ -98,9 +103,8 @@ class Finder {
       : product_(product), tolerances_(tolerances), placed_(place(product)) {
     for (const Instance& instance : product.instances) {
       const std::string& body = product.bodies[instance.body].name;
-      nut_.push_back(has_word(instance.name, {"nut", "mutter"}) || has_word(body, {"nut", "mutter"}));
-      const auto words = {"bolt", "screw", "schraube", "stud", "rod", "gewinde", "thread"};
-      fastener_.push_back(nut_.back() || has_word(instance.name, words) || has_word(body, words));
+      nut_.push_back(is_nut(instance.name) || is_nut(body));
+      fastener_.push_back(nut_.back() || is_screw(instance.name) || is_screw(body));
     }
   }
 
@@ -108,6 +112,7 @@ class Finder {
     for (std::size_t i = 0; i < placed_.size(); ++i)
       for (std::size_t j = i + 1; j < placed_.size(); ++j)
         if (near(placed_[i].box, placed_[j].box, tolerances_.largest_clearance_m)) find_pair(i, j);
+    find_loose();
     std::sort(contacts_.begin(), contacts_.end(), [](const Contact& a, const Contact& b) {
       return std::tuple(a.first, a.second, a.kind, -a.area_m2) <
              std::tuple(b.first, b.second, b.kind, -b.area_m2);
@@ -116,6 +121,16 @@ class Finder {
   }
 
  private:
+  /// What touches nothing lies in its place with play: planes near it hold it.
+  void find_loose() {
+    std::vector<bool> alone(placed_.size(), true);
+    for (const Contact& contact : contacts_) alone[contact.first] = alone[contact.second] = false;
+    plane_gap_m_ = tolerances_.largest_clearance_m;
+    for (std::size_t i = 0; i < placed_.size(); ++i)
+      for (std::size_t j = i + 1; j < placed_.size(); ++j)
+        if ((alone[i] || alone[j]) && near(placed_[i].box, placed_[j].box, plane_gap_m_)) find_pair(i, j);
+  }
+
   void find_pair(std::size_t i, std::size_t j) {
     found_.clear();
     for (const PlacedFace& a : placed_[i].faces) {
@@ -139,14 +154,15 @@ class Finder {
     for (Contact& known : found_) {
       if (known.kind != contact.kind || known.axis_W.cross(contact.axis_W).norm() > kParallel) continue;
       const Vec3 apart = contact.point_W / contact.area_m2 - known.point_W / known.area_m2;
-      const bool same = contact.kind == ContactKind::other ||
-                        (contact.kind == ContactKind::plane
-                             ? known.axis_W.dot(contact.axis_W) > 0.0 &&
-                                   std::abs(apart.dot(known.axis_W)) < 2.0 * tolerances_.plane_gap_m
-                             : apart.cross(known.axis_W).norm() < 1e-3 &&
-                                   std::abs(known.clearance_m - contact.clearance_m) < 2e-5);
+      const bool same =
+          contact.kind == ContactKind::other ||
+          (contact.kind == ContactKind::plane ? known.axis_W.dot(contact.axis_W) > 0.0 &&
+                                                    std::abs(apart.dot(known.axis_W)) < 2.0 * plane_gap_m_
+                                              : apart.cross(known.axis_W).norm() < 1e-3 &&
+                                                    std::abs(known.clearance_m - contact.clearance_m) < 2e-5);
       if (!same) continue;
       known.area_m2 += contact.area_m2;
+      known.radius_m = std::max(known.radius_m, contact.radius_m);
       known.point_W += contact.point_W;
       for (const Vec3& n : contact.normals_W) add_normal(known.normals_W, n);
       return;
@@ -181,7 +197,7 @@ class Finder {
     const Vec3& n = a.face.axis_B;
     if (n.dot(b.face.axis_B) > -1.0 + 0.5 * kParallel * kParallel * 100.0) return std::nullopt;
     const double gap = (b.face.point_B - a.face.point_B).dot(n);
-    if (std::abs(gap) > tolerances_.plane_gap_m) return std::nullopt;
+    if (std::abs(gap) > plane_gap_m_) return std::nullopt;
     const Vec3 x = n.unitOrthogonal(), y = n.cross(x);
     const auto flat = [&](const Triangle& t) {
       std::array<Vec2, 3> p;
@@ -294,10 +310,13 @@ class Finder {
     return contact;
   }
 
-  /// A nut on a bolt, or a screw in a hole, without modelled threads: radii differ by less than the depth of a thread.
-  bool is_cosmetic_thread(std::size_t i, std::size_t j, double clearance, double radius) const {
-    constexpr double kDepth = 0.13, kLoose = 0.02;  // of the radius
-    if (clearance < -kDepth * radius || clearance > kLoose * radius + 1e-5) return false;
+  /// A nut on a bolt, or a screw in a hole, without modelled threads: radii differ by less than the depth of a thread, which is
+  /// 0.613 of the pitch on the bolt (ISO 68-1, with the rounded root of ISO 724) and less in the hole.
+  bool is_cosmetic_thread(std::size_t i, std::size_t j, double clearance, double radius, double pitch) const {
+    constexpr double kFine = 0.13, kLoose = 0.02;  // of the radius
+    constexpr double kDepth = 0.62;                // of the pitch
+    if (clearance < -std::max(kDepth * pitch, kFine * radius) || clearance > kLoose * radius + 1e-5)
+      return false;
     return nut_[i] != nut_[j] || (clearance < -tolerances_.largest_interference_m);
   }
 
@@ -311,15 +330,19 @@ class Finder {
     const double radius = std::max(a.face.radius_m, b.face.radius_m);
     const bool fits =
         clearance <= tolerances_.largest_clearance_m && clearance >= -tolerances_.largest_interference_m;
-    const bool cosmetic = fasteners && is_cosmetic_thread(i, j, clearance, radius);
+    const double pitch =
+        1e-3 * nearest_thread(2.0 * (a.face.concave ? b.face.radius_m : a.face.radius_m)).second;
+    const double hole = a.face.concave ? a.face.radius_m : b.face.radius_m;
+    const bool cosmetic = (fasteners && is_cosmetic_thread(i, j, clearance, radius, pitch)) ||
+                          is_tapped(2.0 * (hole - clearance), 2.0 * hole, pitch);
     if (!fits && !cosmetic) return std::nullopt;
     if (!coaxial(a.face, b.face, std::max(std::abs(clearance), 1e-5) + 1e-5)) return std::nullopt;
     auto contact = around(a, b, std::min(a.face.radius_m, b.face.radius_m), a.face.concave ? -1.0 : 1.0);
     if (!contact) return std::nullopt;
     contact->kind = cosmetic ? ContactKind::thread : ContactKind::cylinder_fit;
     contact->clearance_m = clearance;
-    if (cosmetic)
-      contact->pitch_m = coarse_pitch_m(2.0 * (a.face.concave ? b.face.radius_m : a.face.radius_m));
+    contact->radius_m = radius;
+    if (cosmetic) contact->pitch_m = pitch;
     return contact;
   }
 
@@ -334,6 +357,7 @@ class Finder {
     if (!contact) return std::nullopt;
     contact->kind = ContactKind::thread;
     contact->pitch_m = pitch;
+    contact->radius_m = std::max(a.face.radius_m, b.face.radius_m);
     return contact;
   }
 
@@ -370,6 +394,7 @@ class Finder {
 
   const Product& product_;
   const ContactTolerances& tolerances_;
+  double plane_gap_m_ = tolerances_.plane_gap_m;  ///< planes further apart do not touch
   const std::vector<PlacedInstance> placed_;
   std::vector<bool> fastener_, nut_;  ///< by instance: as its name says
   std::vector<Contact> found_, contacts_;

@@ -29,7 +29,7 @@ class Planner {
   Disassembly plan() {
     std::set<std::size_t> all;
     for (std::size_t i = 0; i < product_.instances.size(); ++i) all.insert(i);
-    result_.base = heaviest(all);
+    result_.base = base_of(all);
     take_apart(all, result_.base);
     result_.order.push_back(result_.base);
     return std::move(result_);
@@ -42,6 +42,17 @@ class Planner {
     std::size_t best = *group.begin();
     for (const std::size_t i : group)
       if (mass(i) > mass(best)) best = i;
+    return best;
+  }
+
+  /// Of those that are about the heaviest the lowest: it stands on the support.
+  std::size_t base_of(const std::set<std::size_t>& all) const {
+    constexpr double kAbout = 0.99;
+    const auto lowest_m = [&](std::size_t i) { return removal_.placed()[i].box.lower.z(); };
+    std::size_t best = heaviest(all);
+    const double least_kg = kAbout * mass(best);
+    for (const std::size_t i : all)
+      if (mass(i) >= least_kg && lowest_m(i) < lowest_m(best)) best = i;
     return best;
   }
 
@@ -90,7 +101,7 @@ class Planner {
 
   std::optional<RemovalStep> next(const std::set<std::size_t>& group, std::size_t base, bool unsnap) {
     struct Choice {
-      std::tuple<std::size_t, std::size_t, int, int, int, double, std::size_t> rank;
+      std::tuple<double, std::size_t, std::size_t, int, int, int, double, std::size_t> rank;
       std::set<std::size_t> parts;
       std::size_t direction;
     };
@@ -102,10 +113,13 @@ class Planner {
           if (far != is_diagonal(i, d)) continue;
           const std::size_t most = best ? best->parts.size() : group.size() / 2 + 1;
           std::optional<std::set<std::size_t>> parts;
-          if (unsnap)
-            parts = snaps(i, d, group) ? std::optional(std::set<std::size_t>{i}) : std::nullopt;
-          else
+          double undercut_m2 = 0.0;
+          if (!unsnap) {
             parts = leaving(i, d, group, base, most);
+          } else if (const auto area_m2 = undercut(i, d, group)) {
+            parts = std::set<std::size_t>{i};
+            undercut_m2 = *area_m2;
+          }
           if (!parts) continue;
           double weight = 0.0;
           int fasteners = 0;
@@ -113,7 +127,7 @@ class Planner {
             weight += mass(p), fasteners = std::max(fasteners, threads_[p] > 0 ? 1 : 0);
           const Vec3& direction = removal_.directions()[d];
           const int upwards = direction.z() > 0.999 ? 0 : direction.z() < -0.999 ? 2 : 1;
-          Choice choice{{parts->size(), dropped(*parts, group, base), -fasteners,
+          Choice choice{{undercut_m2, parts->size(), dropped(*parts, group, base), -fasteners,
                          slides(*parts, direction) ? 1 : 0, upwards, weight, i},
                         *parts,
                         d};
@@ -166,16 +180,16 @@ class Planner {
     });
   }
 
-  /// Nothing but small undercuts holds the part along `d`, and something does.
-  bool snaps(std::size_t i, std::size_t d, const std::set<std::size_t>& group) {
-    bool held = false;
+  /// Nothing but small undercuts holds the part along `d`, and something does: their area.
+  std::optional<double> undercut(std::size_t i, std::size_t d, const std::set<std::size_t>& group) {
+    double area_m2 = 0.0;
     for (const std::size_t b : group) {
       if (b == i) continue;
-      const double share = removal_.blocked_share(i, d, b);
-      if (share > kSnapShare) return false;
-      held = held || share > 0.0;
+      const Removal::Undercut one = removal_.undercut(i, d, b);
+      if (one.share > kSnapShare) return std::nullopt;
+      area_m2 += one.area_m2;
     }
-    return held;
+    return area_m2 > 0.0 ? std::optional(area_m2) : std::nullopt;
   }
 
   void describe(RemovalStep& step, const std::set<std::size_t>& moving, const std::set<std::size_t>& group,

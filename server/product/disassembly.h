@@ -27,10 +27,11 @@ struct Disassembly {
   std::vector<std::vector<std::size_t>> stuck;  ///< groups that no straight motion parts
 };
 
-/// The base is the heaviest instance. Next is what leaves on its own, in this order of preference: what lets no other part
+/// The base is the heaviest instance, of about equal ones the lowest. Next is what leaves on its own, in this order of preference: what lets no other part
 /// fall, fasteners (threads), what opens a contact rather than slides along it, along +z, along other directions, the
 /// lighter one. If none can, it is the smallest group that leaves together. A part held by undercuts that cover a small
-/// share of its shadow is unsnapped; the contacts of that pair get the kind `snap`.
+/// share of its shadow is unsnapped, the one with the smallest undercut first: the least has to give way. The contacts of that
+/// pair get the kind `snap`.
 Disassembly take_apart(Product& product);
 
 /// The contact holds its first instance (else its second) against gravity.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <initializer_list>
 #include <set>
 #include <string_view>
 
@@ -41,7 +42,65 @@ constexpr std::array<Usual, 22> kUsual{{{"stainless", "stainless steel", 7900},
                                         {"plastic", "plastic", 1100},
                                         {"wood", "wood", 700}}};
 
+constexpr std::array<int, 26> kNuts{4032, 4033, 4034, 4035,  4036,  7040,  7042, 7719, 7720,
+                                    8673, 8674, 8675, 10511, 10512, 10513, 934,  936,  439,
+                                    985,  982,  6923, 1587,  917,   986,   562,  557};
+constexpr std::array<int, 56> kScrews{
+    4014, 4016, 4017, 4018, 4762, 7379, 7380, 7045,  7046,  7047,  7048,  1207,  1580,  2009,
+    2010, 4026, 4027, 4028, 4029, 8765, 8676, 10642, 14579, 14580, 14581, 14583, 14584, 931,
+    933,  960,  961,  912,  7984, 6912, 7991, 84,    85,    963,   964,   965,   966,   7985,
+    603,  913,  914,  915,  916,  417,  427,  438,   551,   553,   571,   6921,  975,   976};
+
+bool has_word(const std::string& lower, std::initializer_list<std::string_view> words) {
+  return std::any_of(words.begin(), words.end(),
+                     [&](std::string_view word) { return lower.find(word) != std::string::npos; });
+}
+
+/// Behind ISO, DIN or EN, with anything but letters and digits between; 0: none.
+int standard_of(const std::string& lower) {
+  for (const std::string_view body : {"iso", "din", "en"}) {
+    for (std::size_t at = lower.find(body); at != std::string::npos; at = lower.find(body, at + 1)) {
+      if (at > 0 && std::isalpha(static_cast<unsigned char>(lower[at - 1])) != 0) continue;
+      std::size_t i = at + body.size();
+      while (i < lower.size() && std::isalnum(static_cast<unsigned char>(lower[i])) == 0) ++i;
+      int number = 0;
+      for (; i < lower.size() && std::isdigit(static_cast<unsigned char>(lower[i])) != 0 && number < 100000;
+           ++i)
+        number = 10 * number + (lower[i] - '0');
+      if (number > 0) return number;
+    }
+  }
+  return 0;
+}
+
+/// M and a number, as a word or at the beginning of one: M8, M5x20.
+bool has_thread(const std::string& lower) {
+  for (std::size_t at = lower.find('m'); at != std::string::npos; at = lower.find('m', at + 1)) {
+    const bool begins = at == 0 || std::isalnum(static_cast<unsigned char>(lower[at - 1])) == 0;
+    if (begins && at + 1 < lower.size() && std::isdigit(static_cast<unsigned char>(lower[at + 1])) != 0)
+      return true;
+  }
+  return false;
+}
+
+template <std::size_t count>
+bool is_one_of(const std::array<int, count>& numbers, int number) {
+  return std::find(numbers.begin(), numbers.end(), number) != numbers.end();
+}
+
 }  // namespace
+
+bool is_nut(const std::string& name) {
+  const std::string lower = lower_text(name);
+  return has_word(lower, {"nut", "mutter", "ecrou", "tuerca"}) || is_one_of(kNuts, standard_of(lower));
+}
+
+bool is_screw(const std::string& name) {
+  const std::string lower = lower_text(name);
+  return has_word(lower,
+                  {"bolt", "screw", "schraube", "stud", "rod", "gewinde", "thread", "tornillo", "vite"}) ||
+         has_thread(lower) || is_one_of(kScrews, standard_of(lower));
+}
 
 std::string key_of(const std::string& name) {
   std::string key;

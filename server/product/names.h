@@ -14,6 +14,11 @@ std::string key_of(const std::string& name);
 /// Names that programs make up for uses of a part: empty, a number, NAUO1, =>[0:1:1:3] and the like.
 bool is_generic(const std::string& name);
 
+/// Names of nuts, and of screws and bolts: words (nut, screw, bolt, stud; in German, French, Italian, Spanish), a thread
+/// (M5x20), and numbers of standards (ISO 4032, DIN 912).
+bool is_nut(const std::string& name);
+bool is_screw(const std::string& name);
+
 /// Appends _2, _3 and so on to names that are there already.
 void make_names_unique(std::vector<Instance>& instances);
 

@@ -38,7 +38,8 @@ struct Material {
 /// One solid; several instances may share it.
 struct Body {
   std::string name;
-  TriangleMesh mesh;  ///< closed, in B
+  TriangleMesh mesh;          ///< closed, in B
+  TriangleMesh contact_mesh;  ///< closed, finer on faces that touch: for files; empty: `mesh` is
   std::vector<Face> faces;
   std::vector<int> triangle_faces;  ///< index into `faces` for each triangle of `mesh`
   VolumeProperties exact;           ///< of the B-rep where there is one, else of the mesh
@@ -67,6 +68,7 @@ struct Contact {
   double area_m2 = 0.0;         ///< of the surface that both share
   Vec3 point_W = Vec3::Zero();  ///< in the middle of the shared surface
   Vec3 axis_W = Vec3::UnitZ();  ///< normal of a plane (from first to second), axis of a fit or thread (unit)
+  double radius_m = 0.0;        ///< of a fit or thread: of the wider of its surfaces
   double pitch_m = 0.0;         ///< of a thread, positive if right-handed
   std::vector<Vec3>
       normals_W;  ///< unit outward normals of `first` where it touches `second`: `first` cannot move along

@@ -86,6 +86,125 @@ Range range_along(const PlacedInstance& instance, const Vec3& d) {
   return range;
 }
 
+/// The grid over this part of the plane.
+Grid window(Grid g, double x0, double x1, double y0, double y1, double least_cell_m = 0.0) {
+  g.x0 = x0, g.y0 = y0;
+  g.cell = std::max(std::max(x1 - x0, y1 - y0) / Removal::kGrid, least_cell_m);
+  g.width = std::max(3, static_cast<int>(std::ceil((x1 - x0) / g.cell)));
+  g.height = std::max(3, static_cast<int>(std::ceil((y1 - y0) / g.cell)));
+  return g;
+}
+
+/// Around the axis of a joint, across the direction: what its surfaces overlap.
+struct Ring {
+  double x = 0.0, y = 0.0, inner_m = 0.0, outer_m = 0.0;
+};
+
+std::vector<Ring> rings(const std::vector<const Contact*>& joints, const Grid& g, double facets_m) {
+  constexpr double kDepth = 0.75;  // of the pitch: more than any profile
+  std::vector<Ring> result;
+  for (const Contact* joint : joints) {
+    const bool is_thread = joint->kind == ContactKind::thread;
+    const double depth = std::max(-joint->clearance_m, is_thread ? kDepth * std::abs(joint->pitch_m) : 0.0);
+    result.push_back({joint->point_W.dot(g.x), joint->point_W.dot(g.y),
+                      joint->radius_m - depth - facets_m - kTouch_m, joint->radius_m + facets_m + kTouch_m});
+  }
+  return result;
+}
+
+/// The cells of a grid in which B is beyond the first point of A.
+class Overlap {
+ public:
+  /// Of neighbouring cells: the box around them.
+  struct Group {
+    double x0 = 0.0, x1 = 0.0, y0 = 0.0, y1 = 0.0;
+    std::size_t cells = 0;
+  };
+
+  Overlap(const PlacedInstance& A, const PlacedInstance& B, const Grid& grid, const std::vector<Ring>& rings)
+      : g_(grid) {
+    const HeightMap map_a = rasterise(A, g_), map_b = rasterise(B, g_);
+    blocked_.assign(map_a.lowest.size(), 0);
+    for (int j = 0; j < g_.height; ++j)
+      for (int i = 0; i < g_.width; ++i) {
+        const std::size_t k = at(i, j);
+        if (!std::isfinite(map_a.lowest[k]) || !std::isfinite(map_b.lowest[k])) continue;
+        if (!(map_a.lowest[k] < map_b.highest[k] - kTouch_m)) continue;
+        const double x = g_.x0 + (i + 0.5) * g_.cell, y = g_.y0 + (j + 0.5) * g_.cell;
+        const bool joined = std::any_of(rings.begin(), rings.end(), [&](const Ring& ring) {
+          const double r = std::hypot(x - ring.x, y - ring.y);
+          return r > ring.inner_m && r < ring.outer_m;
+        });
+        if (joined) continue;
+        blocked_[k] = 1;
+        ++count_;
+      }
+    if (count_ > 0) find_whole();
+  }
+
+  /// Some cell and all around it are blocked.
+  bool blocks() const { return blocks_; }
+  double area_m2() const { return static_cast<double>(count_) * g_.cell * g_.cell; }
+  double cell_m() const { return g_.cell; }
+
+  std::vector<Group> largest_groups(std::size_t most) const {
+    std::vector<Group> groups;
+    std::vector<char> seen(blocked_.size(), 0);
+    std::vector<std::pair<int, int>> waiting;
+    for (int j = 0; j < g_.height; ++j)
+      for (int i = 0; i < g_.width; ++i) {
+        if (blocked_[at(i, j)] == 0 || seen[at(i, j)] != 0) continue;
+        int from_i = i, to_i = i, from_j = j, to_j = j;
+        Group group;
+        waiting.assign(1, {i, j});
+        seen[at(i, j)] = 1;
+        while (!waiting.empty()) {
+          const auto [u, v] = waiting.back();
+          waiting.pop_back();
+          ++group.cells;
+          from_i = std::min(from_i, u), to_i = std::max(to_i, u);
+          from_j = std::min(from_j, v), to_j = std::max(to_j, v);
+          for (int dv = -1; dv <= 1; ++dv)
+            for (int du = -1; du <= 1; ++du) {
+              const int p = u + du, q = v + dv;
+              if (p < 0 || q < 0 || p >= g_.width || q >= g_.height) continue;
+              if (blocked_[at(p, q)] == 0 || seen[at(p, q)] != 0) continue;
+              seen[at(p, q)] = 1;
+              waiting.emplace_back(p, q);
+            }
+        }
+        // A cell of air around.
+        group.x0 = g_.x0 + (from_i - 1) * g_.cell, group.x1 = g_.x0 + (to_i + 2) * g_.cell;
+        group.y0 = g_.y0 + (from_j - 1) * g_.cell, group.y1 = g_.y0 + (to_j + 2) * g_.cell;
+        groups.push_back(group);
+      }
+    std::stable_sort(groups.begin(), groups.end(),
+                     [](const Group& a, const Group& b) { return a.cells > b.cells; });
+    if (groups.size() > most) groups.resize(most);
+    return groups;
+  }
+
+ private:
+  std::size_t at(int i, int j) const {
+    return static_cast<std::size_t>(j) * static_cast<std::size_t>(g_.width) + static_cast<std::size_t>(i);
+  }
+  void find_whole() {
+    for (int j = 1; j + 1 < g_.height && !blocks_; ++j) {
+      for (int i = 1; i + 1 < g_.width && !blocks_; ++i) {
+        bool whole = true;
+        for (int dj = -1; dj <= 1 && whole; ++dj)
+          for (int di = -1; di <= 1 && whole; ++di) whole = blocked_[at(i + di, j + dj)] != 0;
+        blocks_ = whole;
+      }
+    }
+  }
+
+  Grid g_;
+  std::vector<char> blocked_;
+  std::size_t count_ = 0;
+  bool blocks_ = false;
+};
+
 }  // namespace
 
 Removal::Removal(const Product& product) : product_(product), placed_(place(product)) {
@@ -114,20 +233,21 @@ const std::vector<const Contact*>& Removal::contacts_of(std::size_t a, std::size
   return found == contacts_.end() ? none : found->second;
 }
 
-bool Removal::threaded(std::size_t a, std::size_t b, const Vec3& d) const {
-  const auto& contacts = contacts_of(a, b);
-  return std::any_of(contacts.begin(), contacts.end(), [&](const Contact* contact) {
+std::vector<const Contact*> Removal::joints(std::size_t a, std::size_t b, const Vec3& d) const {
+  std::vector<const Contact*> result;
+  for (const Contact* contact : contacts_of(a, b)) {
     const bool joins = contact->kind == ContactKind::thread ||
                        (contact->kind == ContactKind::cylinder_fit && contact->clearance_m < 0.0);
-    return joins && contact->axis_W.cross(d).norm() < kAlong;
-  });
+    if (joins && contact->axis_W.cross(d).norm() < kAlong) result.push_back(contact);
+  }
+  return result;
 }
 
 bool Removal::blocked_by_contact(std::size_t a, const Vec3& d, std::size_t b) const {
   const double sign = a < b ? 1.0 : -1.0;
-  const bool along_thread = threaded(a, b, d);
+  const bool along_joint = !joints(a, b, d).empty();
   for (const Contact* contact : contacts_of(a, b)) {
-    if (along_thread && contact->kind != ContactKind::plane) continue;
+    if (along_joint && contact->kind != ContactKind::plane) continue;
     for (const Vec3& n : contact->normals_W) {
       // Facets of curved surfaces have normals of their own.
       const double slack = contact->kind == ContactKind::other ? 0.2 : 1e-3;
@@ -148,30 +268,19 @@ Removal::Shadow Removal::shadow(std::size_t a, const Vec3& d, std::size_t b) con
   const double x0 = std::max(ax.from, bx.from), x1 = std::min(ax.to, bx.to);
   const double y0 = std::max(ay.from, by.from), y1 = std::min(ay.to, by.to);
   if (x1 - x0 < kLeastShadow_m || y1 - y0 < kLeastShadow_m) return {};
-  g.x0 = x0, g.y0 = y0;
-  g.cell = std::max(x1 - x0, y1 - y0) / kGrid;
-  g.width = std::max(3, static_cast<int>(std::ceil((x1 - x0) / g.cell)));
-  g.height = std::max(3, static_cast<int>(std::ceil((y1 - y0) / g.cell)));
-  const HeightMap map_a = rasterise(A, g), map_b = rasterise(B, g);
-  const auto at = [&](int i, int j) {
-    return static_cast<std::size_t>(j) * static_cast<std::size_t>(g.width) + static_cast<std::size_t>(i);
-  };
-  std::vector<char> bad(map_a.lowest.size(), 0);
-  std::size_t blocked = 0;
-  for (std::size_t k = 0; k < bad.size(); ++k) {
-    if (!std::isfinite(map_a.lowest[k]) || !std::isfinite(map_b.lowest[k])) continue;
-    bad[k] = map_a.lowest[k] < map_b.highest[k] - kTouch_m ? 1 : 0;
-    blocked += bad[k] != 0 ? 1U : 0U;
-  }
-  Shadow result;
-  result.area_m2 = static_cast<double>(blocked) * g.cell * g.cell;
-  for (int j = 1; j + 1 < g.height && !result.blocks; ++j) {
-    for (int i = 1; i + 1 < g.width && !result.blocks; ++i) {
-      bool whole = true;
-      for (int dj = -1; dj <= 1 && whole; ++dj)
-        for (int di = -1; di <= 1 && whole; ++di) whole = bad[at(i + di, j + dj)] != 0;
-      result.blocks = whole;
-    }
+  const double facets_m = deflection(a) + deflection(b);
+  const Overlap whole(A, B, window(g, x0, x1, y0, y1), rings(joints(a, b, d), g, facets_m));
+  Shadow result{whole.area_m2(), whole.blocks()};
+  // Narrow ones of small extent.
+  constexpr std::size_t kGroups = 4;
+  constexpr double kSmall = 0.5;  // of the extent
+  const double finest_m = std::max(kLeastShadow_m, 2.0 * facets_m) / 3.0;
+  if (result.blocks || result.area_m2 == 0.0 || whole.cell_m() < 1.5 * finest_m) return result;
+  for (const Overlap::Group& group : whole.largest_groups(kGroups)) {
+    const double extent = std::max(group.x1 - group.x0, group.y1 - group.y0);
+    if (result.blocks || extent > kSmall * std::max(x1 - x0, y1 - y0)) continue;
+    const Grid closer = window(g, group.x0, group.x1, group.y0, group.y1, finest_m);
+    result.blocks = Overlap(A, B, closer, rings(joints(a, b, d), g, facets_m)).blocks();
   }
   return result;
 }
@@ -179,19 +288,18 @@ Removal::Shadow Removal::shadow(std::size_t a, const Vec3& d, std::size_t b) con
 bool Removal::blocked(std::size_t a, std::size_t d, std::size_t b) {
   const Vec3& direction = directions_[d];
   if (blocked_by_contact(a, direction, b)) return true;
-  if (threaded(a, b, direction)) return false;
   const auto [place, fresh] = known_.try_emplace({a, d, b});
   if (fresh) place->second = shadow(a, direction, b);
   return place->second.blocks;
 }
 
-double Removal::blocked_share(std::size_t a, std::size_t d, std::size_t b) {
+Removal::Undercut Removal::undercut(std::size_t a, std::size_t d, std::size_t b) {
   const auto [place, fresh] = known_.try_emplace({a, d, b});
   if (fresh) place->second = shadow(a, directions_[d], b);
-  if (!place->second.blocks) return 0.0;
+  if (!place->second.blocks) return {};
   const auto [own, first] = own_m2_.try_emplace({a, d});
   if (first) own->second = shadow_area(placed_[a], directions_[d]);
-  return place->second.area_m2 / own->second;
+  return {place->second.area_m2 / own->second, place->second.area_m2};
 }
 
 }  // namespace takt::product

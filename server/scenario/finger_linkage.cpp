@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "idl/common/text.h"
+#include "server/fields/field_value.h"
 
 namespace takt {
 

@@ -170,6 +170,13 @@ struct ScenarioHeading {
   std::vector<std::string> tags;
 };
 
+/// Solver while any process has a higher level of detail than 1.
+struct ScenarioLevelSolver {
+  std::string method{kAutomaticSolver};
+  double tolerance = solver_default_tolerance(kAutomaticSolver);
+  std::optional<double> step_s;  ///< communication step of a cell that begins at that level
+};
+
 struct Scenario : ScenarioHeading {
   std::filesystem::path file;
   double duration_s = 0.0;  ///< 0: open end
@@ -196,12 +203,7 @@ struct Scenario : ScenarioHeading {
   double solver_step_s = 0.001;  ///< `solver.step_s`
   double tolerance = 1e-6;       ///< of solvers with error control
   SystemMatrix matrix = SystemMatrix::automatic;  ///< solver.matrix: automatic, separate or coupled
-  /// Solver while any process has a higher level of detail than 1.
-  struct LevelSolver {
-    std::string method{kAutomaticSolver};
-    double tolerance = solver_default_tolerance(kAutomaticSolver);
-    std::optional<double> step_s;  ///< communication step of a cell that begins at that level
-  };
+  using LevelSolver = ScenarioLevelSolver;
   LevelSolver contact_solver;                  ///< `solver.contact`: while any process has level 3
   std::optional<LevelSolver> dynamics_solver;  ///< `solver.dynamics`: else, while any has level 2
   std::vector<ScenarioProcess> processes;

@@ -75,7 +75,8 @@ class Builder {
     }
     std::map<std::size_t, std::vector<std::size_t>> groups;
     for (const std::size_t link : all) groups[sets.root(link)].push_back(link);
-    for (const auto& [first, links] : groups) {
+    for (const auto& group : groups) {
+      const std::vector<std::size_t>& links = group.second;
       const std::string name =
           groups.size() == 1 ? model.name : model.name + "_" + model.links[links.front()].name;
       if (add_robot(model, links, name)) continue;

@@ -9,9 +9,11 @@
 #include <Geom_CylindricalSurface.hxx>
 
 #include "server/cad/step_reader.h"
+#include "server/geometry/mesh/import.h"
 #include "server/product/cell_writer.h"
 #include "server/product/contacts.h"
 #include "server/product/disassembly.h"
+#include "server/product/fine_faces.h"
 #include "tests/cad/step_files.h"
 #include "tests/support/temporary_directory.h"
 
@@ -48,6 +50,28 @@ TopoDS_Shape between(double radius, double from, double to) {
   return BRepPrimAPI_MakeCylinder(gp_Ax2(gp_Pnt(0, 0, from), gp_Dir(0, 0, 1)), radius, to - from).Shape();
 }
 
+/// How far facets between two points on a cylinder along z around (x, 0) leave it, of triangles with all corners on it (mm).
+double sagitta(const TriangleMesh& mesh, double x_mm, double radius_mm) {
+  const auto from_axis = [&](const Vec3& p) { return std::hypot(p.x() * 1e3 - x_mm, p.y() * 1e3); };
+  double largest = 0.0;
+  int facets = 0;
+  for (const auto& t : mesh.triangles) {
+    double low = 1e300, high = -1e300;
+    for (const std::uint32_t v : t)
+      low = std::min(low, mesh.vertices[v].z()), high = std::max(high, mesh.vertices[v].z());
+    bool on = high - low > 1e-6;  // the end of a shaft has its corners on the circle, too
+    for (const std::uint32_t v : t) on = on && std::abs(from_axis(mesh.vertices[v]) - radius_mm) < 1e-4;
+    if (!on) continue;
+    ++facets;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3 middle = 0.5 * (mesh.vertices[t[k]] + mesh.vertices[t[(k + 1) % 3]]);
+      largest = std::max(largest, radius_mm - from_axis(middle));
+    }
+  }
+  EXPECT_GT(facets, 20);
+  return largest;
+}
+
 class Fits : public testing::TestWithParam<bool> {};
 
 TEST_P(Fits, PressedLooseSnappedAndScrewedJointsAreRecognised) {
@@ -68,7 +92,8 @@ TEST_P(Fits, PressedLooseSnappedAndScrewedJointsAreRecognised) {
   made.use(made.root(), made.part("Female", ridge(5, 4, 20.75, left_handed)), "Female", moved_by(35, 0, 0));
   test::TemporaryDirectory directory;
   made.write(directory / "fits.step");
-  product::Product product = read_step(directory / "fits.step");
+  const StepFile file(directory / "fits.step");
+  product::Product product = file.product();
   EXPECT_THAT(product.notes, testing::IsEmpty());
   product.contacts = product::find_contacts(product);
   const product::Disassembly plan = product::take_apart(product);
@@ -114,6 +139,37 @@ TEST_P(Fits, PressedLooseSnappedAndScrewedJointsAreRecognised) {
                                                           : product::Loosening::lift;
     EXPECT_EQ(step.loosening, expected) << name;
   }
+  // Facets of what fits are nearer to the circle than the fit is wide; others stay.
+  const auto deflections = product::face_deflections(product);
+  for (std::size_t b = 0; b < product.bodies.size(); ++b) {
+    product::Body& body = product.bodies[b];
+    if (body.name == "Male" || body.name == "Female") {
+      EXPECT_THAT(deflections[b], testing::Each(0.0));
+      continue;
+    }
+    body.contact_mesh = file.finer_mesh(b, deflections[b]);
+    ASSERT_TRUE(check_closed(body.contact_mesh).ok()) << body.name;
+    const double coarse = volume_properties(body.mesh).volume,
+                 fine = volume_properties(body.contact_mesh).volume;
+    EXPECT_LT(std::abs(fine - body.exact.volume), std::abs(coarse - body.exact.volume)) << body.name;
+  }
+  const auto body = [&](const char* name) -> const product::Body& {
+    return *std::find_if(product.bodies.begin(), product.bodies.end(),
+                         [&](const product::Body& one) { return one.name == name; });
+  };
+  for (const auto& [shaft, x, hole_radius, radius, clearance] :
+       {std::tuple{"Pressed", -35.0, 8.0, 8.012, 0.020},
+        {"Loose", -10.0, 8.0, 7.95, 0.050},
+        {"Clip", 15.0, 4.0, 3.98, 0.020}}) {
+    EXPECT_GT(sagitta(body("Plate").mesh, x, hole_radius), clearance / 8.0) << shaft;
+    EXPECT_LE(sagitta(body("Plate").contact_mesh, x, hole_radius), clearance / 8.0 + 1e-6) << shaft;
+    EXPECT_GT(sagitta(body(shaft).mesh, 0.0, radius), clearance / 8.0) << shaft;
+    EXPECT_LE(sagitta(body(shaft).contact_mesh, 0.0, radius), clearance / 8.0 + 1e-6) << shaft;
+  }
+  const product::CellFiles files =
+      product::write_cell(product, plan, product::hierarchy(product, plan), directory / "cell");
+  EXPECT_EQ(import_solid(directory / "cell" / "meshes" / "Plate.obj").triangles.size(),
+            body("Plate").contact_mesh.triangles.size());
 }
 
 INSTANTIATE_TEST_SUITE_P(Handed, Fits, testing::Bool(), [](const testing::TestParamInfo<bool>& hand) {

@@ -1,6 +1,9 @@
 // Products whose structure is awkward: parts in files of their own, names that repeat.
 #include <gmock/gmock.h>
 
+#include <fstream>
+#include <iterator>
+#include <regex>
 #include <set>
 
 #include "server/cad/step_reader.h"
@@ -95,6 +98,31 @@ TEST(StepStructure, NamesThatRepeatBecomeNamesOfTheirOwn) {
   EXPECT_THAT(places(product),
               UnorderedElementsAre(std::pair(1.0, 0.0), std::pair(2.0, 0.0), std::pair(1.0, 5.0),
                                    std::pair(2.0, 5.0), std::pair(1.0, 0.0)));
+}
+
+TEST(StepStructure, OperatorsThatMirrorOrScaleAreReported) {
+  const test::TemporaryDirectory directory;
+  StepProduct made("Pair");
+  made.use(made.root(), made.part("Block", box(10, 20, 30)), "Block", moved_by(40, 0, 0));
+  made.write(directory / "product.step");
+  std::ifstream in(directory / "product.step");
+  const std::string text((std::istreambuf_iterator<char>(in)), {});
+  const std::regex placement(R"((#\d+) = ITEM_DEFINED_TRANSFORMATION\('','',#\d+,#\d+\);)");
+  const auto notes_with = [&](const std::string& y, const std::string& scale) {
+    const std::string operation =
+        "$1 = CARTESIAN_TRANSFORMATION_OPERATOR_3D('','','',#90001,#90002,#90004," + scale +
+        ",#90003);\n#90001 = DIRECTION('',(1.,0.,0.));\n#90002 = DIRECTION('',(0.," + y +
+        ",0.));\n#90003 = DIRECTION('',(0.,0.,1.));\n#90004 = CARTESIAN_POINT('',(40.,0.,0.));";
+    std::ofstream(directory / "operator.step")
+        << std::regex_replace(text, placement, operation, std::regex_constants::format_first_only);
+    const Product product = read_step(directory / "operator.step");
+    EXPECT_THAT(places(product), UnorderedElementsAre(std::pair(6.0, 0.0)));
+    EXPECT_NEAR(product.instances.at(0).X_WB.p.x(), 0.04, 1e-9);
+    return product.notes;
+  };
+  EXPECT_THAT(notes_with("1.", "1."), IsEmpty());
+  for (const auto& notes : {notes_with("-1.", "1."), notes_with("1.", "2."), notes_with("-1.", "0.5")})
+    EXPECT_THAT(notes, testing::ElementsAre(testing::HasSubstr("1 placement mirrors or scales its part")));
 }
 
 }  // namespace

@@ -35,9 +35,9 @@ TEST(Contacts, TestBodiesAreClosed) {
 TEST(Contacts, BoxesOnEachOtherShareTheSmallerFace) {
   Product product = product_of({{box_body("Base", {0.2, 0.1, 0.02}), {0, 0, 0.01}},
                                 {box_body("Block", {0.05, 0.04, 0.03}), {0.09, 0, 0.035}},
-                                {box_body("Far", {0.05, 0.04, 0.03}), {-0.05, 0, 0.0351}}});
+                                {box_body("Far", {0.05, 0.04, 0.03}), {-0.05, 0, 0.0355}}});
   product.contacts = find_contacts(product);
-  ASSERT_EQ(product.contacts.size(), 1U);  // Far stands 0.1 mm above
+  ASSERT_EQ(product.contacts.size(), 1U);  // Far stands 0.5 mm above
   const Contact& contact = product.contacts[0];
   EXPECT_EQ(contact.kind, ContactKind::plane);
   EXPECT_NEAR(contact.area_m2, 0.035 * 0.04, 1e-12);  // 15 mm of the block hang over
@@ -76,6 +76,30 @@ TEST(Contacts, NamesOfFastenersMakeACosmeticThread) {
   EXPECT_EQ(kinds("M10_bolt", "nut_10", 0.0005), 1.5e-3);  // bored to the minor diameter
   EXPECT_EQ(kinds("pin", "plate", 0.0), 0.0);
   EXPECT_EQ(kinds("bolt", "plate", 0.0), 0.0);  // a clearance hole of zero
+}
+
+TEST(Contacts, AScrewOfNominalDiameterInItsCoreHoleIsAThread) {
+  // Nominal diameter, pitch, minor diameter D1 of the nut thread (ISO 724), mm.
+  for (const auto& [d, pitch, core] : {std::tuple{2.0, 0.4, 1.567},
+                                       {3.0, 0.5, 2.459},
+                                       {5.0, 0.8, 4.134},
+                                       {8.0, 1.25, 6.647},
+                                       {12.0, 1.75, 10.106},
+                                       {20.0, 2.5, 17.294}}) {
+    const auto contacts_of = [&, d = d](const char* name, double hole_mm) {
+      Product product =
+          product_of({{plate_with_hole("Plate", 4e-3 * d, 2e-3 * d, 0.5e-3 * hole_mm), {0, 0, 0}},
+                      {turned_body(name, {-4e-3 * d, 2e-3 * d}, {0.5e-3 * d}), {0, 0, 0}}});
+      return find_contacts(product);
+    };
+    const auto contacts = contacts_of("Screw", core);
+    ASSERT_EQ(contacts.size(), 1U) << d;
+    EXPECT_EQ(contacts[0].kind, ContactKind::thread) << d;
+    EXPECT_NEAR(contacts[0].pitch_m, 1e-3 * pitch, 1e-12);
+    EXPECT_EQ(contacts_of("Peg", core).at(0).kind, ContactKind::thread) << d;  // the diameters alone say it
+    EXPECT_TRUE(contacts_of("Peg", 0.99 * core).empty()) << d;
+    EXPECT_TRUE(contacts_of("Screw", d - 1.4 * pitch).empty()) << d;  // deeper than a thread
+  }
 }
 
 /// Distance of two boxes that are parallel to the axes, from the vertices of their meshes.
@@ -119,6 +143,12 @@ TEST(Contacts, TheGraphIsThatOfTheDistancesOfTheMeshes) {
     for (std::size_t a = 0; a < product.instances.size(); ++a)
       for (std::size_t b = a + 1; b < product.instances.size(); ++b)
         if (distance_of(product, a, b) < 5e-5) expected.insert({a, b});
+    // What touches nothing is held by what is within the play of a loose fit.
+    std::vector<bool> alone(product.instances.size(), true);
+    for (const auto& [a, b] : expected) alone[a] = alone[b] = false;
+    for (std::size_t a = 0; a < product.instances.size(); ++a)
+      for (std::size_t b = a + 1; b < product.instances.size(); ++b)
+        if ((alone[a] || alone[b]) && distance_of(product, a, b) < 3e-4) expected.insert({a, b});
     EXPECT_EQ(found, expected) << round;
     touching += static_cast<int>(expected.size());
   }

@@ -131,7 +131,7 @@ bool ContactSearch::region_pays(State& state) const {
 
 void ContactSearch::look(std::size_t index, bool leaf) {
   SeparatingPlanes& region = regions_[index];
-  find_free_region(base_, target_, base_.clusters[index], X_TB_, leaf, region);
+  find_free_region(target_, base_.clusters[index], X_TB_, leaf, region);
   made_ = true;
   region.again_m = travelled_m_ + region.again_after_m;
   region.until_m = travelled_m_ + region.least_bound_m();

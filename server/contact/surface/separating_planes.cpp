@@ -17,10 +17,9 @@ constexpr int kPatience = 150, kStrangers = 30;
 
 class Search {
  public:
-  Search(const ContactSurface::Data& base, const ContactSurface::Data& target, const ContactCluster& cluster,
-         const Pose& X_TB, SeparatingPlanes& region)
-      : base_(base),
-        target_(target),
+  Search(const ContactSurface::Data& target, const ContactCluster& cluster, const Pose& X_TB,
+         SeparatingPlanes& region)
+      : target_(target),
         cluster_(cluster),
         region_(region),
         tolerance_(target),
@@ -258,7 +257,6 @@ class Search {
     return there;
   }
 
-  const ContactSurface::Data& base_;
   const ContactSurface::Data& target_;
   const ContactCluster& cluster_;
   SeparatingPlanes& region_;
@@ -282,11 +280,11 @@ double SeparatingPlanes::used(const ContactCluster& cluster, const Pose& pose) c
                    (turn + std::abs(shift[2])) / bound_m[2]});
 }
 
-void find_free_region(const ContactSurface::Data& base, const ContactSurface::Data& target,
-                      const ContactCluster& cluster, const Pose& X_TB, bool solid, SeparatingPlanes& region) {
+void find_free_region(const ContactSurface::Data& target, const ContactCluster& cluster, const Pose& X_TB,
+                      bool solid, SeparatingPlanes& region) {
   const SeparatingPlanes::Kind last = region.kind;
   const Vec3 last_bound_m = region.bound_m;
-  Search search(base, target, cluster, X_TB, region);
+  Search search(target, cluster, X_TB, region);
   // Regions of large clusters with small bounds would be searched too often; those of their parts last
   // longer.
   const double least_m = 0.05 * cluster.radius_m;

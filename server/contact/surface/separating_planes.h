@@ -52,7 +52,7 @@ struct PlaneTolerance {
 };
 
 /// Searches the widest region about the cluster at this pose; with `solid` it prefers a solid one.
-void find_free_region(const ContactSurface::Data& base, const ContactSurface::Data& target,
-                      const ContactCluster& cluster, const Pose& X_TB, bool solid, SeparatingPlanes& region);
+void find_free_region(const ContactSurface::Data& target, const ContactCluster& cluster, const Pose& X_TB,
+                      bool solid, SeparatingPlanes& region);
 
 }  // namespace takt

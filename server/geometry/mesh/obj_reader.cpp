@@ -6,6 +6,7 @@
 #include <string>
 #include <system_error>
 
+#include "idl/common/text.h"
 #include "server/geometry/mesh/line_reader.h"
 #include "server/geometry/mesh/polygon.h"
 

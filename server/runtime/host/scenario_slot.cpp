@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "server/runtime/host/scenario_edit.h"
+#include "server/scenario/note_sentences.h"
 #include "server/scenario/scenario_builder.h"
 #include "server/scenario/scenario_reader.h"
 
@@ -37,10 +38,10 @@ std::shared_ptr<LoadedScenario> ScenarioSlot::build(const Scenario& scenario) {
   };
   auto model = std::make_shared<CellModel>(*build_cell(
       scenario, {options_.cache_directory, nullptr, on_import, options_.fmus.get(), options_.packages}));
-  for (const ImportNote& note : model->import_notes) {
-    if (options_.on_note) options_.on_note(note.sentence);
+  if (options_.on_note)
+    for (const std::string& sentence : note_sentences(model->import_notes)) options_.on_note(sentence);
+  for (const ImportNote& note : model->import_notes)
     outbound_->events.post(events::ImportNote{note.component, note.sentence});
-  }
   auto loaded = build(std::move(model), scenario.duration_s);
   loaded->as_loaded = loaded->content = scenario;
   return loaded;

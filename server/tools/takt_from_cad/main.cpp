@@ -1,11 +1,13 @@
 // takt-from-cad: a STEP or GLB file as a running cell. Reads the product, finds what touches what, the order of disassembly and the
 // hierarchy, and writes meshes and a scenario.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
 #include <iostream>
 #include <map>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -16,6 +18,7 @@
 #include "server/product/contacts.h"
 #include "server/product/disassembly.h"
 #include "server/product/exploded_view.h"
+#include "server/product/fine_faces.h"
 #include "server/product/glb_assembly.h"
 #include "server/tools/takt_from_cad/picture.h"
 #include "server/tools/takt_from_cad/robot_trial.h"
@@ -149,22 +152,26 @@ nlohmann::json description(const product::Product& product, const product::Disas
 }
 
 void print_parts(const product::Product& product, const product::Hierarchy* hierarchy) {
-  std::size_t width = 4;
-  for (const product::Instance& instance : product.instances) width = std::max(width, instance.name.size());
-  std::printf("%-*s  %12s  %10s  %-16s  %s%s\n", static_cast<int>(width), "part", "volume cm3", "mass kg",
+  int width = 4, material_width = 8;
+  for (const product::Instance& instance : product.instances) {
+    width = std::max(width, static_cast<int>(instance.name.size()));
+    material_width =
+        std::max(material_width, static_cast<int>(product.bodies[instance.body].material.name.size()));
+  }
+  std::printf("%-*s  %12s  %10s  %-*s  %s%s\n", width, "part", "volume cm3", "mass kg", material_width,
               "material", hierarchy != nullptr ? "hierarchy  " : "", "in the file");
   for (std::size_t i = 0; i < product.instances.size(); ++i) {
     const product::Instance& instance = product.instances[i];
     const product::Body& body = product.bodies[instance.body];
-    std::printf("%-*s  %12.6g  %10.5g  %-16s  ", static_cast<int>(width), instance.name.c_str(),
-                body.exact.volume * 1e6, body.exact.volume * body.material.density_kg_m3,
-                body.material.name.c_str());
+    std::printf("%-*s  %12.6g  %10.5g  %-*s  ", width, instance.name.c_str(), body.exact.volume * 1e6,
+                body.exact.volume * body.material.density_kg_m3, material_width, body.material.name.c_str());
     if (hierarchy != nullptr) std::printf("%9d  ", hierarchy->numbers[i]);
     std::printf("%s\n", instance.path.c_str());
   }
 }
 
-product::Product read(const Arguments& a) {
+/// `step_file`: the file where it is one of STEP.
+product::Product read(const Arguments& a, std::unique_ptr<cad::StepFile>& step_file) {
   const std::string format = lower_text(std::filesystem::path(a.file).extension().string());
   if (format == ".gltf")
     throw std::runtime_error(a.file +
@@ -180,11 +187,30 @@ product::Product read(const Arguments& a) {
   options.deflection_m = a.deflection_mm * 1e-3;
   options.densities = densities_of(a.densities);
   options.time_limit_s = a.time_limit_s;
-  return cad::read_step(a.file, options);
+  step_file = std::make_unique<cad::StepFile>(a.file, options);
+  return step_file->product();
+}
+
+/// Meshes for files: finer on faces that touch. What has no finer mesh keeps the one that it has, with a note.
+void refine(product::Product& product, const cad::StepFile& step, double scale) {
+  const auto deflections = product::face_deflections(product);
+  for (std::size_t b = 0; b < product.bodies.size(); ++b) {
+    product::Body& body = product.bodies[b];
+    std::vector<double> in_file = deflections[b];
+    for (double& deflection_m : in_file) deflection_m /= scale;
+    if (std::all_of(in_file.begin(), in_file.end(), [](double one) { return one == 0.0; })) continue;
+    body.contact_mesh = step.finer_mesh(b, in_file);
+    for (Vec3& v : body.contact_mesh.vertices) v *= scale;
+    if (body.contact_mesh.triangles.empty())
+      product.notes.push_back(body.name +
+                              ": OpenCASCADE makes no closed mesh of it that is finer where it touches other "
+                              "parts; its fits are as coarse as the rest");
+  }
 }
 
 int run(const Arguments& a) {
-  product::Product product = read(a);
+  std::unique_ptr<cad::StepFile> step_file;
+  product::Product product = read(a, step_file);
   orient(product, a.up, a.scale);
   note_size(product);
   if (a.list) {
@@ -198,6 +224,7 @@ int run(const Arguments& a) {
   product.contacts = product::find_contacts(product);
   const product::Disassembly plan = product::take_apart(product);
   const product::Hierarchy hierarchy = product::hierarchy(product, plan);
+  if (step_file) refine(product, *step_file, a.scale);
   product::RobotPlan robot;
   const product::CellFiles files = a.robot ? write_tried_cell(product, plan, hierarchy, a.directory, robot)
                                            : product::write_cell(product, plan, hierarchy, a.directory);

@@ -3,7 +3,6 @@
 #include <chrono>
 #include <iostream>
 #include <memory>
-#include <set>
 #include <thread>
 
 #include "idl/command_line/numbers.h"
@@ -24,6 +23,7 @@
 #include "server/messages/status_messages.h"
 #include "server/runtime/loop/worker_pool.h"
 #include "server/runtime/requests/event.h"
+#include "server/scenario/note_sentences.h"
 #include "server/scenario/scenario_builder.h"
 #include "server/tools/takt_run/commands.h"
 
@@ -113,9 +113,8 @@ int run(const RunArguments& a) {
                  [&](const std::string& component, double part) { progress->at_import(component, part); },
                  fmus.get(), packages});
   progress.reset();
-  std::set<std::string> notes;
-  for (const ImportNote& note : cell->import_notes)
-    if (notes.insert(note.sentence).second) std::cerr << kNoteOfRun << note.sentence << '\n';
+  for (const std::string& sentence : note_sentences(cell->import_notes))
+    std::cerr << kNoteOfRun << sentence << '\n';
   std::optional<WorkerPool> pool;  // outlives the simulation
   Simulation simulation(cell);
   if (a.threads > 1) simulation.set_executor(&pool.emplace(a.threads));
