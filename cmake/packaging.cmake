@@ -13,7 +13,7 @@ endforeach()
 install(TARGETS ${takt_programs} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/config/scenarios ${PROJECT_SOURCE_DIR}/config/devices ${PROJECT_SOURCE_DIR}/config/robots
   ${PROJECT_SOURCE_DIR}/config/meshes ${PROJECT_SOURCE_DIR}/config/programs ${PROJECT_SOURCE_DIR}/config/dds
-  ${PROJECT_SOURCE_DIR}/config/dashboards ${PROJECT_SOURCE_DIR}/config/gateways
+  ${PROJECT_SOURCE_DIR}/config/dashboards ${PROJECT_SOURCE_DIR}/config/gateways ${PROJECT_SOURCE_DIR}/config/cad
   ${PROJECT_SOURCE_DIR}/config/plc ${PROJECT_SOURCE_DIR}/config/ros ${PROJECT_SOURCE_DIR}/config/verification
   DESTINATION ${CMAKE_INSTALL_DATADIR}/takt/config PATTERN generator EXCLUDE)
 install(FILES README.md LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
