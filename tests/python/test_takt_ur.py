@@ -349,12 +349,14 @@ def test_the_vendors_python_client_reads_and_writes(robot):
 
     client = vendor.RTDE("127.0.0.1", ports[0])
     client.connect()
-    assert client.get_controller_version()[:2] == (5, 21)
-    assert client.send_output_setup(["timestamp", "actual_digital_input_bits"], frequency=125)
-    written = client.send_input_setup(["standard_digital_output_mask", "standard_digital_output"])
-    assert client.send_start()
-    written.standard_digital_output_mask = written.standard_digital_output = 1
-    client.send(written)
-    while not client.receive().actual_digital_input_bits & 1:
-        pass
-    client.disconnect()
+    try:
+        assert client.get_controller_version()[:2] == (5, 21)
+        assert client.send_output_setup(["timestamp", "actual_digital_input_bits"], frequency=125)
+        written = client.send_input_setup(["standard_digital_output_mask", "standard_digital_output"])
+        assert client.send_start()
+        written.standard_digital_output_mask = written.standard_digital_output = 1
+        client.send(written)
+        while not client.receive().actual_digital_input_bits & 1:
+            pass
+    finally:
+        client.disconnect()
