@@ -242,6 +242,25 @@ def test_servo_set_points_move_the_robot_and_silence_ends_the_program(robot, ope
     assert cell.state.robot("Robot1").position[5] == pytest.approx(state["actual_q"][5], abs=1e-3)
 
 
+def test_servo_control_goes_on_after_a_pause_of_the_cell(robot, opened):
+    cell, ports, _ = robot
+    client, driver = Rtde(opened, ports[0]), Driver(opened, ports[1])
+    q = list(client.wait(lambda s: s["runtime_state"] == 2)["actual_q"])
+    driver.command(1, q)
+    client.wait(lambda s: True)
+    cell.pause()
+    for _ in range(1500):  # takt-ur looks once a second whether the cell plays
+        client.wait(lambda s: True)
+    cell.play()
+    end = q[5] + 0.02
+
+    def follows(state):
+        driver.command(1, [*q[:5], end])
+        return abs(state["actual_q"][5] - end) < 1e-4
+
+    client.wait(follows)
+
+
 def test_trajectories_end_with_success_and_cancelled_ones_say_so(robot, opened):
     _, ports, _ = robot
     client, driver = Rtde(opened, ports[0]), Driver(opened, ports[1])
