@@ -29,6 +29,8 @@ JOINTS = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist
 RSI_PERIOD_S = 0.004
 RTDE_INPUT = "input_double_register_24"
 PATIENCE_S = 60
+UR_ZERO_S = 100.0  # of the time stamps of takt-ur
+BEGIN_S = 3.0  # of the course, after the gateways have seen that the cell plays
 
 
 class Course:
@@ -62,32 +64,15 @@ class Course:
         return self.period_s * (len(self.joints) - 1)
 
 
-class Clock:
-    """Time of the course by the packets of RSI: 0 until go()."""
-
-    def __init__(self):
-        self.lock = threading.Lock()
-        self.ipoc, self.start = None, None
-
-    def packet(self, ipoc):
-        with self.lock:
-            self.ipoc = ipoc
-            return 0.0 if self.start is None else (ipoc - self.start) / 1000
-
-    def go(self):
-        with self.lock:
-            self.start = self.ipoc
-
-
 class PacketClock:
-    """Time of the course from the first packet on, for runs in lockstep."""
+    """Time of the course by the packets of RSI: it begins `begin_s` after the first one."""
 
-    def __init__(self):
-        self.first = None
+    def __init__(self, begin_s=0.0):
+        self.first, self.begin_s = None, begin_s
 
     def packet(self, ipoc):
         self.first = ipoc if self.first is None else self.first
-        return (ipoc - self.first) / 1000
+        return (ipoc - self.first) / 1000 - self.begin_s
 
 
 def rsi_link(port):
@@ -256,34 +241,30 @@ def run(bin_folder, config, level, courses, folder, factor):
     children = [subprocess.Popen([bin_folder / "takt-server", scenario, *here, "--lod", str(level), "--paused",
                                   "--factor", str(factor)],
                                  stdout=logs["server"], stderr=subprocess.STDOUT)]
-    clock, done = Clock(), threading.Event()
+    done = threading.Event()
     try:
         program = threading.Thread(target=rsi_program, daemon=True,
-                                   args=(rsi_link(rsi), courses[1], clock, lambda t: done.is_set()))
+                                   args=(rsi_link(rsi), courses[1], PacketClock(BEGIN_S), lambda t: done.is_set()))
         program.start()
         subprocess.run([*takt, "--timeout", "60", "status"], check=True, stdout=subprocess.DEVNULL)
-        children.append(subprocess.Popen([bin_folder / "takt-ur", folder / "ur.yaml", *here, "--start"], stdout=logs["ur"],
-                                         stderr=subprocess.STDOUT))
-        wait_for_text(folder / f"ur_{level}.log", "RTDE at", children[-1])
-        children.append(subprocess.Popen([bin_folder / "takt-rsi", mapping, *here], stdout=logs["rsi"],
-                                         stderr=subprocess.STDOUT))
+        # Both begin while the cell is paused, so that their times are the cell's, and one course does not lag behind the other.
+        for part, file, words in (("ur", folder / "ur.yaml", "RTDE at"), ("rsi", mapping, "RSI is on")):
+            children.append(subprocess.Popen([bin_folder / f"takt-{part}", file, *here], stdout=logs[part],
+                                             stderr=subprocess.STDOUT))
+            wait_for_text(folder / f"{part}_{level}.log", words, children[-1])
         driver = UrDriver(rtde, primary)
-        deadline = time.monotonic() + PATIENCE_S
-        while clock.ipoc is None:
-            assert time.monotonic() < deadline, "no packet of the KRC arrives"
-            driver.newest_time_s()
-            driver.servo(courses[0].at(0)[0])
-        start_s = driver.newest_time_s()
-        clock.go()
-        width, end_s = None, courses[0].duration_s + 1.0
-        while (t := driver.newest_time_s() - start_s) < end_s:
+        subprocess.run([*takt, "play"], check=True, stdout=subprocess.DEVNULL)
+        width, sent_s, end_s = None, -BEGIN_S, courses[0].duration_s + 1.0
+        while (t := driver.newest_time_s() - UR_ZERO_S - BEGIN_S) < end_s:
             if not program.is_alive():
                 sys.exit(f"level {level}: the KRC sends no packets: {(folder / f'rsi_{level}.log').read_text()[-1500:]}")
-            joints, wanted = courses[0].at(t + 0.002)
-            driver.servo(joints)
-            if wanted != width:
-                driver.width(wanted)
-                width = wanted
+            while sent_s < t:  # a controller ignores jumps, so that set-points of cycles without a package are sent too
+                sent_s = min(t, sent_s + 0.002)
+                joints, wanted = courses[0].at(sent_s + 0.002)
+                driver.servo(joints)
+                if wanted != width:
+                    driver.width(wanted)
+                    width = wanted
         status = subprocess.run([*takt, "status"], capture_output=True, text=True, check=True).stdout
         subprocess.run([*takt, "pause"], check=True, stdout=subprocess.DEVNULL)
         check = subprocess.run([*takt, "check", scenario], capture_output=True, text=True)
