@@ -29,6 +29,10 @@ void report(const std::string& gateway, const std::string& sentence) {
   std::fflush(stdout);
 }
 
+void set_realtime(Client& client) {
+  client.set_pace(Pace::realtime, client.status().pace_factor);
+}
+
 CellLink::CellLink(Client& client, CellLinkOptions options, const std::vector<std::string>& targets)
     : client_(client),
       options_(std::move(options)),

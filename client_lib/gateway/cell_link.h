@@ -20,6 +20,9 @@ namespace takt::gateway {
 /// A line for the operator, with the gateway's name: standard output, flushed.
 void report(const std::string& gateway, const std::string& sentence);
 
+/// Sets the pace realtime, at the factor that the cell has.
+void set_realtime(Client& client);
+
 struct CellLinkOptions {
   std::string name;         ///< of the controller in events and status
   std::string protocol;     ///< in the status

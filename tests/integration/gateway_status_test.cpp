@@ -73,5 +73,18 @@ TEST(GatewayStatus, ShowsAGatewayItsPeerAndTheEndOfBoth) {
   EXPECT_TRUE(has_event(cell.client(), "gateway_ended", "cell 7"));
 }
 
+TEST(GatewayStatus, TheFactorOfThePaceStaysWhenAGatewayStartsTheCell) {
+  GatewayCell cell(kBlockScenario);
+  cell.client().set_pace(Pace::realtime, 0.5);
+  ChildProcess gateway(cell.gateway("egm", "role: sensor\nrobot: Robot1\n", {"--start"}));
+  const auto plays = cell.client().wait_for(
+      topics::status, [](const Status& s) { return s.state == SimulationState::playing; });
+  ASSERT_TRUE(plays) << gateway.text;
+  EXPECT_EQ(plays->pace, Pace::realtime);
+  EXPECT_EQ(plays->pace_factor, 0.5);
+  gateway.signal(SIGTERM);
+  EXPECT_EQ(gateway.wait(), 0) << gateway.text;
+}
+
 }  // namespace
 }  // namespace takt::test

@@ -1,13 +1,16 @@
 #!/usr/bin/env python3
 """How late gateways answer, beside a bare echo on loopback.
 
-    tests/performance/gateways.py BIN CONFIG [SECONDS]
+    tests/performance/gateways.py BIN CONFIG [SECONDS [STREAM_SECONDS]]
 
-A cell at the pace realtime with takt-rsi and takt-egm as followers of one robot each and takt-ur for the first one. This program is the other side: it
-sends in the cycle of each protocol and measures the time to the answer. An echo in a process of its own answers as
-many messages of the same size over the same kind of socket. Prints a table in microseconds.
+A cell at the pace realtime with takt-rsi and takt-egm as followers of one robot each and takt-ur for the first one. This
+program is the other side: it sends in the cycle of each protocol and measures the time to the answer. An echo in a process of
+its own answers as many messages of the same size over the same kind of socket. Then takt-ur streams data at 500 Hz, and
+a bare sender beside it. Prints a table in microseconds, and the overruns of the cell during the stream.
 """
 
+import json
+import selectors
 import socket
 import struct
 import subprocess
@@ -24,6 +27,10 @@ UDP_ECHO = "import socket\ns=socket.socket(socket.AF_INET,socket.SOCK_DGRAM)\ns.
            "while True:\n d,p=s.recvfrom(4096)\n s.sendto(d,p)\n"
 TCP_ECHO = "import socket\nl=socket.create_server(('127.0.0.1',{0}))\nprint('RTDE at Listens',flush=True)\nc=l.accept()[0]\n" \
            "c.setsockopt(socket.IPPROTO_TCP,socket.TCP_NODELAY,1)\nwhile d:=c.recv(4096): c.sendall(d)\n"
+# As many bytes as a data package of the stream.
+TCP_SENDER = "import socket,time\nl=socket.create_server(('127.0.0.1',{0}))\nprint('RTDE at Listens',flush=True)\nc=l.accept()[0]\n" \
+             "c.setsockopt(socket.IPPROTO_TCP,socket.TCP_NODELAY,1)\ndue=time.monotonic()\nwhile True:\n due+=0.002\n" \
+             " time.sleep(max(0,due-time.monotonic()))\n c.sendall(bytes(108))\n"
 XML = """<ROOT><CONFIG><IP_NUMBER>127.0.0.1</IP_NUMBER><PORT>{port}</PORT><SENTYPE>takt</SENTYPE><ONLYSEND>FALSE</ONLYSEND></CONFIG>
 <SEND><ELEMENTS><ELEMENT TAG="DEF_AIPos" TYPE="DOUBLE" INDX="INTERNAL"/></ELEMENTS></SEND>
 <RECEIVE><ELEMENTS><ELEMENT TAG="OPEN" TYPE="BOOL" INDX="1" HOLDON="1"/></ELEMENTS></RECEIVE></ROOT>"""
@@ -58,18 +65,17 @@ class Programs:
 
 
 def paced(count, period_s, exchange):
-    """Times of `count` exchanges, one in each period; and how late they began."""
-    times, late = [], []
+    """Times of `count` exchanges, one in each period."""
+    times = []
     begin = time.monotonic()
     for k in range(count):
         due = begin + k * period_s
         if (left := due - time.monotonic()) > 0:
             time.sleep(left)
         sent = time.monotonic()
-        late.append(sent - due)
         exchange(k)
         times.append(time.monotonic() - sent)
-    return times, late
+    return times
 
 
 def row(name, times, missing=0):
@@ -92,7 +98,7 @@ def udp_row(name, port, messages, period_s):
         except TimeoutError:
             missing += 1
 
-    row(name, paced(len(messages), period_s, exchange)[0], missing)
+    row(name, paced(len(messages), period_s, exchange), missing)
 
 
 def tcp_row(name, port, message, count, period_s):
@@ -103,11 +109,10 @@ def tcp_row(name, port, message, count, period_s):
         link.sendall(message)
         link.recv(4096)
 
-    row(name, paced(count, period_s, exchange)[0])
+    row(name, paced(count, period_s, exchange))
 
 
-def rtde_stream(port, seconds):
-    """Intervals between data packages at 500 Hz."""
+def subscribed_to_rtde(port):
     link = socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S)
     stream = link.makefile("rb")
 
@@ -117,21 +122,42 @@ def rtde_stream(port, seconds):
         return stream.read(size - 3)
 
     ask("V", struct.pack(">H", 2))
-    ask("O", struct.pack(">d", 500.0) + b"timestamp,actual_q,actual_TCP_force")
+    ask("O", struct.pack(">d", 500.0) + b"timestamp,actual_q,target_q")
     ask("S", b"")
-    stamps, arrivals = [], []
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        size, _ = struct.unpack(">HB", stream.read(3))
-        stamps.append(struct.unpack(">d", stream.read(size - 3)[1:9])[0])
-        arrivals.append(time.monotonic())
-    row("RTDE at 500 Hz: from package to package", [b - a for a, b in zip(arrivals, arrivals[1:])],
-        round((stamps[-1] - stamps[0]) / 0.002) + 1 - len(stamps))
+    return link
+
+
+def streams(rtde, sender, seconds, status):
+    """Intervals between packages of 108 bytes at 500 Hz, of takt-ur and of a bare sender, over the same time."""
+    rows = {"a bare sender: from message to message": socket.create_connection(("127.0.0.1", sender), timeout=PATIENCE_S),
+            "RTDE at 500 Hz: from package to package": subscribed_to_rtde(rtde)}
+    before = status()
+    arrivals, left = {name: [] for name in rows}, dict.fromkeys(rows, 0)
+    with selectors.DefaultSelector() as selector:
+        for name, link in rows.items():
+            selector.register(link, selectors.EVENT_READ, name)
+        end = time.monotonic() + seconds
+        while (now := time.monotonic()) < end:
+            for key, _ in selector.select(timeout=end - now):
+                size = left[key.data] + len(key.fileobj.recv(65536))
+                arrivals[key.data] += [time.monotonic()] * (size // 108)
+                left[key.data] = size % 108
+    after = status()
+    late = next(g["late"] for g in after["gateways"].values()) - next(g["late"] for g in before["gateways"].values())
+    for name, stamps in arrivals.items():
+        row(name, [b - a for a, b in zip(stamps, stamps[1:])],
+            late if "RTDE" in name else max(0, round((stamps[-1] - stamps[0]) / 0.002) + 1 - len(stamps)))
+    for link in rows.values():
+        link.close()
+    steps, overruns = (after[key] - before[key] for key in ("step", "overruns"))
+    print(f"the cell beside the streams: {steps} steps in {seconds:.0f} s, {overruns} overruns "
+          f"({1000 * overruns / steps:.2f} of 1000; at most {after['max_consecutive_overruns']} in a row)")
 
 
 def main():
     bin_folder, config = Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve()
     seconds = float(sys.argv[3]) if len(sys.argv) > 3 else 10.0
+    stream_seconds = float(sys.argv[4]) if len(sys.argv) > 4 else seconds
     name, domain = f"gateways_{free_port()}", str(100 + int(time.time()) % 90)
     here = ["--cell", name, "--domain", domain]
     with tempfile.TemporaryDirectory() as temporary:
@@ -170,7 +196,14 @@ def main():
             programs.start("tcp", [sys.executable, "-c", TCP_ECHO.format(echo)], ["Listens"])
             tcp_row("echo over TCP", echo, version, 2 * count, 0.002)
             tcp_row("RTDE: request to answer, each 2 ms", rtde, version, 2 * count, 0.002)
-            rtde_stream(rtde, seconds)
+            sender = free_port()
+            programs.start("sender", [sys.executable, "-c", TCP_SENDER.format(sender)], ["Listens"])
+
+            def status():
+                return json.loads(subprocess.run([bin_folder / "takt", *here, "--json", "status"], check=True,
+                                                 capture_output=True, text=True).stdout)
+
+            streams(rtde, sender, stream_seconds, status)
         finally:
             subprocess.run([bin_folder / "takt", *here, "quit"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
             programs.end()

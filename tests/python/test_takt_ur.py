@@ -1,5 +1,6 @@
 """takt-ur against clients of Universal Robots' protocols: an RTDE client, and a driver with external control."""
 
+import contextlib
 import os
 import signal
 import socket
@@ -46,8 +47,12 @@ class Gateway:
         self.news = threading.Condition()
         self.thread = threading.Thread(target=self.read, daemon=True)
         self.thread.start()
-        self.wait_for_line(ready)
-        assert self.process.poll() is None, self.lines
+        try:
+            self.wait_for_line(ready)
+            assert self.process.poll() is None, self.lines
+        except BaseException:
+            self.close()
+            raise
 
     def read(self):
         for line in self.process.stdout:
@@ -80,8 +85,8 @@ class Rtde:
                "actual_TCP_pose": "6d", "actual_TCP_force": "6d"}
     TYPES = b"DOUBLE,VECTOR6D,VECTOR6D,UINT32,UINT64,VECTOR6D,VECTOR6D"
 
-    def __init__(self, port):
-        self.socket = socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S)
+    def __init__(self, opened, port):
+        self.socket = opened(socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S))
         self.buffer = b""
         assert self.ask("V", struct.pack(">H", 2)) == b"\1"
         assert self.ask("O", struct.pack(">d", 500.0) + ",".join(self.OUTPUTS).encode()) == b"\1" + self.TYPES
@@ -125,18 +130,18 @@ class Rtde:
 class Driver:
     """A driver with external control: uploads the program that takt recognises, and owns its three sockets."""
 
-    def __init__(self, primary_port):
+    def __init__(self, opened, primary_port):
         self.listeners = {}
         lines = ["def externalControl():", "MULT_jointstate = 1000000", "MULT_time = 1000000",
                  'socket_send_int(TRAJECTORY_RESULT_CANCELED, "trajectory_socket")']
         for name in ("trajectory_socket", "script_command_socket", "reverse_socket"):
-            listener = self.listeners[name] = socket.create_server(("127.0.0.1", 0))
+            listener = self.listeners[name] = opened(socket.create_server(("127.0.0.1", 0)))
             listener.settimeout(PATIENCE_S)
             lines.append(f'connect_socket_with_retry("127.0.0.1", {listener.getsockname()[1]}, "{name}")')
         lines += ["# NODE_CONTROL_LOOP_ENDS", "end", ""]
-        self.primary = socket.create_connection(("127.0.0.1", primary_port), timeout=PATIENCE_S)
+        self.primary = opened(socket.create_connection(("127.0.0.1", primary_port), timeout=PATIENCE_S))
         self.primary.sendall("\n".join(lines).encode())
-        self.sockets = {name: listener.accept()[0] for name, listener in self.listeners.items()}
+        self.sockets = {name: opened(listener.accept()[0]) for name, listener in self.listeners.items()}
         for one in self.sockets.values():
             one.settimeout(PATIENCE_S)
 
@@ -174,9 +179,21 @@ def robot(config, tmp_path_factory):
         gateway.close()
 
 
-def test_outputs_and_inputs_are_gripper_and_state(robot):
+@pytest.fixture
+def opened():
+    """Takes what a test opens and closes it at the test's end, also where the test fails: the inputs of an RTDE client that
+    stays open are IN_USE for the next one."""
+    with contextlib.ExitStack() as stack:
+        def take(one):
+            stack.callback(one.close)
+            return one
+
+        yield take
+
+
+def test_outputs_and_inputs_are_gripper_and_state(robot, opened):
     cell, ports, _ = robot
-    client = Rtde(ports[0])
+    client = Rtde(opened, ports[0])
     state = client.wait(lambda s: True)
     assert state["timestamp"] >= 40.0
     assert list(state["actual_q"]) == pytest.approx(list(cell.state.robot("Robot1").position), abs=1e-6)
@@ -185,12 +202,11 @@ def test_outputs_and_inputs_are_gripper_and_state(robot):
     assert cell.state.gripper("Gripper1").closed
     client.send("U", bytes([1, 1, 0]))
     client.wait(lambda s: not s["actual_digital_input_bits"] & 1)
-    client.socket.close()
 
 
-def test_the_weight_of_a_part_is_the_force_at_the_tcp(robot):
+def test_the_weight_of_a_part_is_the_force_at_the_tcp(robot, opened):
     cell, ports, _ = robot
-    client = Rtde(ports[0])
+    client = Rtde(opened, ports[0])
     assert max(abs(f) for f in client.wait(lambda s: True)["actual_TCP_force"]) < 1e-9
     cell.attach("P", "Gripper1")
     weight = 0.3 * 9.80665  # mass_kg of the scenario
@@ -203,12 +219,11 @@ def test_the_weight_of_a_part_is_the_force_at_the_tcp(robot):
     lever = [p + c - b - t for p, c, b, t in zip(part.position, described.center_of_mass, (-0.75, 0.0, 0.7),
                                                  state["actual_TCP_pose"])]
     assert list(torque) == pytest.approx([-lever[1] * weight, lever[0] * weight, 0.0], abs=1e-3)
-    client.socket.close()
 
 
-def test_servo_set_points_move_the_robot_and_silence_ends_the_program(robot):
+def test_servo_set_points_move_the_robot_and_silence_ends_the_program(robot, opened):
     cell, ports, _ = robot
-    client, driver = Rtde(ports[0]), Driver(ports[1])
+    client, driver = Rtde(opened, ports[0]), Driver(opened, ports[1])
     q = list(client.wait(lambda s: s["runtime_state"] == 2)["actual_q"])
     end = q[5] + 0.2
     while q[5] < end:
@@ -225,13 +240,30 @@ def test_servo_set_points_move_the_robot_and_silence_ends_the_program(robot):
     assert state["actual_q"][5] == pytest.approx(end, abs=1e-3)
     assert driver.sockets["reverse_socket"].recv(1) == b"", "the program closes its sockets"
     assert cell.state.robot("Robot1").position[5] == pytest.approx(state["actual_q"][5], abs=1e-3)
-    driver.close()
-    client.socket.close()
 
 
-def test_trajectories_end_with_success_and_cancelled_ones_say_so(robot):
+def test_servo_control_goes_on_after_a_pause_of_the_cell(robot, opened):
+    cell, ports, _ = robot
+    client, driver = Rtde(opened, ports[0]), Driver(opened, ports[1])
+    q = list(client.wait(lambda s: s["runtime_state"] == 2)["actual_q"])
+    driver.command(1, q)
+    client.wait(lambda s: True)
+    cell.pause()
+    for _ in range(1500):  # takt-ur looks once a second whether the cell plays
+        client.wait(lambda s: True)
+    cell.play()
+    end = q[5] + 0.02
+
+    def follows(state):
+        driver.command(1, [*q[:5], end])
+        return abs(state["actual_q"][5] - end) < 1e-4
+
+    client.wait(follows)
+
+
+def test_trajectories_end_with_success_and_cancelled_ones_say_so(robot, opened):
     _, ports, _ = robot
-    client, driver = Rtde(ports[0]), Driver(ports[1])
+    client, driver = Rtde(opened, ports[0]), Driver(opened, ports[1])
     q = list(client.wait(lambda s: s["runtime_state"] == 2)["actual_q"])
     away = q[:5] + [q[5] - 0.3]
     assert driver.trajectory([(away, 0.5), (q, 0.5)]) == 0
@@ -244,19 +276,15 @@ def test_trajectories_end_with_success_and_cancelled_ones_say_so(robot):
     assert driver.result() == 1
     driver.command(-2)
     client.wait(lambda s: s["runtime_state"] == 1)
-    driver.close()
-    client.socket.close()
 
 
-def test_torque_mode_is_refused_and_the_robot_stays(robot):
+def test_torque_mode_is_refused_and_the_robot_stays(robot, opened):
     _, ports, gateway = robot
-    client, driver = Rtde(ports[0]), Driver(ports[1])
+    client, driver = Rtde(opened, ports[0]), Driver(opened, ports[1])
     q = client.wait(lambda s: s["runtime_state"] == 2)["actual_q"]
     driver.command(8, (1.0,) * 6)
     assert client.wait(lambda s: s["runtime_state"] == 1)["actual_q"] == pytest.approx(q, abs=1e-3)
     gateway.wait_for_line("direct_torque", "force_mode")
-    driver.close()
-    client.socket.close()
 
 
 def nearest_on_the_way(client, via, end):
@@ -271,9 +299,9 @@ def nearest_on_the_way(client, via, end):
     return min(distances)
 
 
-def test_a_blend_goes_past_its_point(robot):
+def test_a_blend_goes_past_its_point(robot, opened):
     _, ports, gateway = robot
-    client, driver = Rtde(ports[0]), Driver(ports[1])
+    client, driver = Rtde(opened, ports[0]), Driver(opened, ports[1])
     q = list(client.wait(lambda s: s["runtime_state"] == 2)["target_q"])
     via = q[:4] + [q[4] + 0.3, q[5]]
     end = via[:3] + [via[3] + 0.4, *via[4:]]
@@ -290,35 +318,30 @@ def test_a_blend_goes_past_its_point(robot):
                         f"  movej({q}, t=1)\nend\n".encode())
         assert nearest_on_the_way(client, via, q) > 1e-3
     client.wait(lambda s: s["runtime_state"] == 1)
-    client.socket.close()
 
 
-def test_another_robot_follows_the_controller(robot, tmp_path):
+def test_another_robot_follows_the_controller(robot, opened, tmp_path):
     cell, ports, gateway = robot
     mapping = tmp_path / "follow.yaml"
     mapping.write_text(f"takt_ur: 1\nrobot: Robot2\nlisten: {{rtde: {ports[0]}}}\n"
                        "follow: {first_command: {ramp_speed_rad_per_s: 2}}\n")
-    follower = Gateway(gateway.server, mapping, "follow", "--address", "127.0.0.1", ready="follows the controller")
-    client, driver = Rtde(ports[0]), Driver(ports[1])
+    follower = opened(Gateway(gateway.server, mapping, "follow", "--address", "127.0.0.1", ready="follows the controller"))
+    client, driver = Rtde(opened, ports[0]), Driver(opened, ports[1])
     q = list(client.wait(lambda s: s["runtime_state"] == 2)["actual_q"])
     assert driver.trajectory([(q[:4] + [q[4] + 0.2] + q[5:], 0.5)]) == 0
     end = client.wait(lambda s: abs(s["actual_q"][4] - q[4] - 0.2) < 1e-4)["actual_q"]
     while list(cell.state.robot("Robot2").position) != pytest.approx(list(end), abs=1e-3):
         client.wait(lambda s: True)
-    driver.close()
-    client.socket.close()
-    follower.close()
 
 
-def test_a_hostile_client_is_closed_and_the_robot_stays(robot):
+def test_a_hostile_client_is_closed_and_the_robot_stays(robot, opened):
     cell, ports, _ = robot
     before = list(cell.state.robot("Robot1").position)
     for port in ports:
         with socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S) as hostile:
             hostile.sendall(b"\xff\xff\x00\x00GET / HTTP/1.1\r\n\r\n" * 50)
-    client = Rtde(ports[0])
+    client = Rtde(opened, ports[0])
     client.wait(lambda s: True)
-    client.socket.close()
     assert list(cell.state.robot("Robot1").position) == before
 
 
@@ -345,12 +368,14 @@ def test_the_vendors_python_client_reads_and_writes(robot):
 
     client = vendor.RTDE("127.0.0.1", ports[0])
     client.connect()
-    assert client.get_controller_version()[:2] == (5, 21)
-    assert client.send_output_setup(["timestamp", "actual_digital_input_bits"], frequency=125)
-    written = client.send_input_setup(["standard_digital_output_mask", "standard_digital_output"])
-    assert client.send_start()
-    written.standard_digital_output_mask = written.standard_digital_output = 1
-    client.send(written)
-    while not client.receive().actual_digital_input_bits & 1:
-        pass
-    client.disconnect()
+    try:
+        assert client.get_controller_version()[:2] == (5, 21)
+        assert client.send_output_setup(["timestamp", "actual_digital_input_bits"], frequency=125)
+        written = client.send_input_setup(["standard_digital_output_mask", "standard_digital_output"])
+        assert client.send_start()
+        written.standard_digital_output_mask = written.standard_digital_output = 1
+        client.send(written)
+        while not client.receive().actual_digital_input_bits & 1:
+            pass
+    finally:
+        client.disconnect()

@@ -1,15 +1,19 @@
 #!/usr/bin/env python3
 """The block assembly by two vendors' protocols: Robot1 by Universal Robots' external control (servoj), Robot2 by KUKA RSI.
 
-    tests/soak/vendors.py BIN CONFIG [LEVEL ...]
+    tests/soak/vendors.py BIN CONFIG [--factor F | --lockstep RUNS] [LEVEL ...]
 
 The set-points are those of the scenario's own program, taken from a run of takt-run, so that the end is known. The cell runs
-at the pace realtime; `takt check` compares the Parts with the scenario's expected poses. Exit code 0 when all levels
-(1 and 3) end there.
+at the pace realtime, F times as fast as wall time (1); `takt check` compares the Parts with the scenario's expected poses.
+With --lockstep both robots are commanded by KUKA RSI in lockstep, and all runs of a level end with the same state hash besides.
+Exit code 0 when all levels (1 and 3) end as expected.
 """
 
+import argparse
 import csv
 import math
+import os
+import random
 import re
 import socket
 import struct
@@ -24,7 +28,9 @@ SCALE = 1000000
 JOINTS = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
 RSI_PERIOD_S = 0.004
 RTDE_INPUT = "input_double_register_24"
-PATIENCE_S = 30
+PATIENCE_S = 60
+UR_ZERO_S = 100.0  # of the time stamps of takt-ur
+BEGIN_S = 3.0  # of the course, after the gateways have seen that the cell plays
 
 
 class Course:
@@ -58,44 +64,37 @@ class Course:
         return self.period_s * (len(self.joints) - 1)
 
 
-class Clock:
-    """Time of the course: 0 until go(); then that of the RSI packets, which are those of the cell."""
+class PacketClock:
+    """Time of the course by the packets of RSI: it begins `begin_s` after the first one."""
 
-    def __init__(self):
-        self.lock = threading.Lock()
-        self.ipoc, self.seen, self.start = None, 0.0, None
+    def __init__(self, begin_s=0.0):
+        self.first, self.begin_s = None, begin_s
 
     def packet(self, ipoc):
-        with self.lock:
-            self.ipoc, self.seen = ipoc, time.monotonic()
-            return 0.0 if self.start is None else (ipoc - self.start) / 1000
-
-    def go(self):
-        with self.lock:
-            self.start = self.ipoc
-
-    def now(self):
-        with self.lock:
-            if self.start is None:
-                return 0.0
-            return (self.ipoc - self.start) / 1000 + min(time.monotonic() - self.seen, 2 * RSI_PERIOD_S)
+        self.first = ipoc if self.first is None else self.first
+        return (ipoc - self.first) / 1000 - self.begin_s
 
 
-def rsi_program(port, course, clock, done):
-    """Answers each packet of the KRC with absolute corrections."""
+def rsi_link(port):
     link = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     link.bind(("127.0.0.1", port))
     link.settimeout(PATIENCE_S)
+    return link
+
+
+def rsi_program(link, course, clock, over):
+    """Answers each packet of the KRC with absolute corrections, until over(time of the course)."""
     start = course.at(0)[0]
     while True:
         try:
             packet, controller = link.recvfrom(1024)
         except TimeoutError:
-            return  # run() sees the end of this thread, unless it has ended itself
+            return  # the run sees the end of this thread, unless it has ended itself
         ipoc = int(re.search(rb"<IPOC>(\d+)</IPOC>", packet).group(1))
-        joints, width = course.at(clock.packet(ipoc) + RSI_PERIOD_S)
+        t = clock.packet(ipoc)
+        joints, width = course.at(t + RSI_PERIOD_S)
         corrections = " ".join(f'A{i + 1}="{math.degrees(q - s):.6f}"' for i, (q, s) in enumerate(zip(joints, start)))
-        stop = int(done.is_set())
+        stop = int(over(t))
         link.sendto((f'<Sen Type="takt"><Stop>{stop}</Stop><AK {corrections}/><WIDTH>{width:.6f}</WIDTH>'
                      f"<IPOC>{ipoc}</IPOC></Sen>").encode(), controller)
         if stop:
@@ -111,8 +110,9 @@ class UrDriver:
         recipe = self.ask("I", RTDE_INPUT.encode())
         assert recipe[0] != 0, recipe
         self.recipe = recipe[:1]
-        assert self.ask("O", struct.pack(">d", 1.0) + b"timestamp")[0] != 0
+        assert self.ask("O", struct.pack(">d", 500.0) + b"timestamp")[0] != 0
         assert self.ask("S") == b"\1"
+        self.buffer = b""
         listeners = {}
         lines = ["def externalControl():", f"MULT_jointstate = {SCALE}", f"MULT_time = {SCALE}",
                  'socket_send_int(TRAJECTORY_RESULT_CANCELED, "trajectory_socket")']
@@ -125,7 +125,6 @@ class UrDriver:
         self.primary.sendall("\n".join(lines).encode())
         self.sockets = {name: listener.accept()[0] for name, listener in listeners.items()}
         threading.Thread(target=self.drain, args=(self.primary,), daemon=True).start()
-        threading.Thread(target=self.drain, args=(self.rtde,), daemon=True).start()
 
     @staticmethod
     def drain(link):
@@ -150,6 +149,19 @@ class UrDriver:
             received += self.rtde.recv(size - len(received))
         return received
 
+    def newest_time_s(self):
+        """Waits for data packages; the time of the newest, which is the cell's."""
+        found = None
+        while found is None:
+            received = self.rtde.recv(65536)
+            assert received, "takt-ur has closed the connection"
+            self.buffer += received
+            while len(self.buffer) >= 3 and len(self.buffer) >= (size := struct.unpack(">H", self.buffer[:2])[0]):
+                if self.buffer[2:3] == b"U":
+                    found = struct.unpack(">d", self.buffer[4:12])[0]
+                self.buffer = self.buffer[size:]
+        return found
+
     def servo(self, joints):
         self.sockets["reverse_socket"].sendall(struct.pack(">8i", 5000, *(round(SCALE * q) for q in joints), 1))
 
@@ -172,6 +184,18 @@ def free_ports(*kinds):
     return ports
 
 
+def cell_of_its_own():
+    """Options of a cell that no other process uses: its domain's first port is free."""
+    while True:
+        domain = random.randint(1, 100)
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            try:
+                probe.bind(("", 7400 + 250 * domain))
+            except OSError:
+                continue
+        return ["--cell", f"vendors_{os.getpid()}", "--domain", str(domain)]
+
+
 def scenario_of(config, level, folder):
     """At level 3 with the default solver and steps of the protocols' cycle: set-points of wall time are not smooth, which costs
     a solver with memory (cvode) many steps. Jaws hold by friction there: the run of takt-run itself ends 0.19 mm from the drawing."""
@@ -186,57 +210,61 @@ def scenario_of(config, level, folder):
     return folder / "level_3.yaml"
 
 
-def run(bin_folder, config, level, courses, folder):
-    name, domain = f"vendors_{level}", str(100 + int(time.time()) % 90)
+def rsi_mapping(folder, number, port):
+    """The files of takt-rsi for RobotN and GripperN."""
+    elements = "".join(f'<ELEMENT TAG="AK.A{i}" TYPE="DOUBLE" INDX="{i + 1}" HOLDON="1"/>' for i in range(1, 7))
+    folder.joinpath(f"rsi_{number}.xml").write_text(
+        f"<ROOT><CONFIG><IP_NUMBER>127.0.0.1</IP_NUMBER><PORT>{port}</PORT><SENTYPE>takt</SENTYPE><ONLYSEND>FALSE</ONLYSEND>"
+        '</CONFIG><SEND><ELEMENTS><ELEMENT TAG="DEF_AIPos" TYPE="DOUBLE" INDX="INTERNAL"/></ELEMENTS></SEND><RECEIVE><ELEMENTS>'
+        f'<ELEMENT TAG="Stop" TYPE="BOOL" INDX="1" HOLDON="0"/>{elements}'
+        '<ELEMENT TAG="WIDTH" TYPE="DOUBLE" INDX="8" HOLDON="1"/></ELEMENTS></RECEIVE></ROOT>')
+    mapping = folder / f"rsi_{number}.yaml"
+    mapping.write_text(
+        f"takt_rsi: 1\nrole: controller\nrobot: Robot{number}\ntool: Gripper{number}\nconfiguration: rsi_{number}.xml\n"
+        "cycle_ms: 4\ncorrections: absolute\ntime: simulated\ntimeout_packets: 100000\n"
+        f"outputs:\n  WIDTH: {{gripper: Gripper{number}, as: width}}\n")
+    return mapping
+
+
+def run(bin_folder, config, level, courses, folder, factor):
     *tcp, rsi = free_ports(*[socket.SOCK_STREAM] * 5, socket.SOCK_DGRAM)
     rtde, primary, secondary, realtime, dashboard = tcp
     folder.joinpath("ur.yaml").write_text(
         f"takt_ur: 1\nrobot: Robot1\ntool: Gripper1\ntime: simulated\n"
         f"listen: {{address: 127.0.0.1, rtde: {rtde}, primary: {primary}, secondary: {secondary}, realtime: {realtime}, "
         f"dashboard: {dashboard}}}\noutputs:\n  {RTDE_INPUT}: {{gripper: Gripper1, as: width}}\n")
-    elements = "".join(f'<ELEMENT TAG="AK.A{i}" TYPE="DOUBLE" INDX="{i + 1}" HOLDON="1"/>' for i in range(1, 7))
-    folder.joinpath("rsi.xml").write_text(
-        f"<ROOT><CONFIG><IP_NUMBER>127.0.0.1</IP_NUMBER><PORT>{rsi}</PORT><SENTYPE>takt</SENTYPE><ONLYSEND>FALSE</ONLYSEND>"
-        '</CONFIG><SEND><ELEMENTS><ELEMENT TAG="DEF_AIPos" TYPE="DOUBLE" INDX="INTERNAL"/></ELEMENTS></SEND><RECEIVE><ELEMENTS>'
-        f'<ELEMENT TAG="Stop" TYPE="BOOL" INDX="1" HOLDON="0"/>{elements}'
-        '<ELEMENT TAG="WIDTH" TYPE="DOUBLE" INDX="8" HOLDON="1"/></ELEMENTS></RECEIVE></ROOT>')
-    folder.joinpath("rsi.yaml").write_text(
-        "takt_rsi: 1\nrole: controller\nrobot: Robot2\ntool: Gripper2\nconfiguration: rsi.xml\ncycle_ms: 4\n"
-        "corrections: absolute\ntime: simulated\ntimeout_packets: 100000\noutputs:\n  WIDTH: {gripper: Gripper2, as: width}\n")
-    here = ["--cell", name, "--domain", domain]
+    mapping = rsi_mapping(folder, 2, rsi)
+    here = cell_of_its_own()
     scenario = scenario_of(config, level, folder)
     takt = [bin_folder / "takt", *here]
     logs = {part: open(folder / f"{part}_{level}.log", "w") for part in ("server", "ur", "rsi")}
-    children = [subprocess.Popen([bin_folder / "takt-server", scenario, *here, "--lod", str(level), "--paused"],
+    children = [subprocess.Popen([bin_folder / "takt-server", scenario, *here, "--lod", str(level), "--paused",
+                                  "--factor", str(factor)],
                                  stdout=logs["server"], stderr=subprocess.STDOUT)]
-    clock, done = Clock(), threading.Event()
+    done = threading.Event()
     try:
-        program = threading.Thread(target=rsi_program, args=(rsi, courses[1], clock, done), daemon=True)
+        program = threading.Thread(target=rsi_program, daemon=True,
+                                   args=(rsi_link(rsi), courses[1], PacketClock(BEGIN_S), lambda t: done.is_set()))
         program.start()
         subprocess.run([*takt, "--timeout", "60", "status"], check=True, stdout=subprocess.DEVNULL)
-        children.append(subprocess.Popen([bin_folder / "takt-ur", folder / "ur.yaml", *here, "--start"], stdout=logs["ur"],
-                                         stderr=subprocess.STDOUT))
-        wait_for_text(folder / f"ur_{level}.log", "RTDE at", children[-1])
-        children.append(subprocess.Popen([bin_folder / "takt-rsi", folder / "rsi.yaml", *here], stdout=logs["rsi"],
-                                         stderr=subprocess.STDOUT))
+        # Both begin while the cell is paused, so that their times are the cell's, and one course does not lag behind the other.
+        for part, file, words in (("ur", folder / "ur.yaml", "RTDE at"), ("rsi", mapping, "RSI is on")):
+            children.append(subprocess.Popen([bin_folder / f"takt-{part}", file, *here], stdout=logs[part],
+                                             stderr=subprocess.STDOUT))
+            wait_for_text(folder / f"{part}_{level}.log", words, children[-1])
         driver = UrDriver(rtde, primary)
-        deadline = time.monotonic() + PATIENCE_S
-        while clock.ipoc is None:
-            assert time.monotonic() < deadline, "no packet of the KRC arrives"
-            driver.servo(courses[0].at(0)[0])
-            time.sleep(0.004)
-        clock.go()
-        width = None
-        while (t := clock.now()) < courses[0].duration_s:
+        subprocess.run([*takt, "play"], check=True, stdout=subprocess.DEVNULL)
+        width, sent_s, end_s = None, -BEGIN_S, courses[0].duration_s + 1.0
+        while (t := driver.newest_time_s() - UR_ZERO_S - BEGIN_S) < end_s:
             if not program.is_alive():
                 sys.exit(f"level {level}: the KRC sends no packets: {(folder / f'rsi_{level}.log').read_text()[-1500:]}")
-            joints, wanted = courses[0].at(t + 0.002)
-            driver.servo(joints)
-            if wanted != width:
-                driver.width(wanted)
-                width = wanted
-            time.sleep(0.002)
-        time.sleep(1.0)
+            while sent_s < t:  # a controller ignores jumps, so that set-points of cycles without a package are sent too
+                sent_s = min(t, sent_s + 0.002)
+                joints, wanted = courses[0].at(sent_s + 0.002)
+                driver.servo(joints)
+                if wanted != width:
+                    driver.width(wanted)
+                    width = wanted
         status = subprocess.run([*takt, "status"], capture_output=True, text=True, check=True).stdout
         subprocess.run([*takt, "pause"], check=True, stdout=subprocess.DEVNULL)
         check = subprocess.run([*takt, "check", scenario], capture_output=True, text=True)
@@ -257,6 +285,47 @@ def run(bin_folder, config, level, courses, folder):
             log.close()
 
 
+def run_in_lockstep(bin_folder, config, level, courses, folder):
+    """The state hash at the end; None where the Parts are elsewhere."""
+    here = cell_of_its_own()
+    scenario = scenario_of(config, level, folder)
+    takt = [bin_folder / "takt", *here]
+    ports = free_ports(socket.SOCK_DGRAM, socket.SOCK_DGRAM)
+    logs = [folder / f"{part}_{level}.log" for part in ("server", "rsi_1", "rsi_2")]
+
+    def start(log, *command):
+        with open(log, "w") as out:
+            children.append(subprocess.Popen([*command, *here], stdout=out, stderr=subprocess.STDOUT))
+
+    children = []
+    try:
+        start(logs[0], bin_folder / "takt-server", scenario, "--lod", str(level), "--paused")
+        subprocess.run([*takt, "--timeout", "60", "status"], check=True, stdout=subprocess.DEVNULL)
+        end_s = courses[0].duration_s + 1.0
+        for course, port in zip(courses, ports):
+            threading.Thread(target=rsi_program, daemon=True,
+                             args=(rsi_link(port), course, PacketClock(), lambda t: t >= end_s)).start()
+        # The cell plays when both are registered, so that they begin at the same instant.
+        for number, port, log in zip((1, 2), ports, logs[1:]):
+            start(log, bin_folder / "takt-rsi", rsi_mapping(folder, number, port), "--name", f"rsi_{number}", "--lockstep",
+                  *["--start"] * (number == 2))
+            wait_for_text(log, "RSI is on", children[-1])
+        codes = [child.wait() for child in children[1:]]
+        ends = [re.search(r"Ends at ([\d.]+) s of simulated time, state hash (\w+)", log.read_text()) for log in logs[1:]]
+        check = subprocess.run([*takt, "check", scenario], capture_output=True, text=True)
+        good = codes == [0, 0] and check.returncode == 0 and None not in ends and ends[0].groups() == ends[1].groups()
+        print(f"level {level}, lockstep: {'as expected' if good else 'NOT as expected'}, {[end and end[0] for end in ends]}")
+        print("\n".join("  " + line for line in check.stdout.splitlines()[-6:]), flush=True)
+        return ends[0][2] if good else None
+    finally:
+        subprocess.run([*takt, "quit"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        for child in reversed(children):
+            try:
+                child.wait(timeout=20)
+            except subprocess.TimeoutExpired:
+                child.kill()
+
+
 def wait_for_text(log, text, process):
     deadline = time.monotonic() + PATIENCE_S
     while text not in log.read_text():
@@ -266,8 +335,14 @@ def wait_for_text(log, text, process):
 
 
 def main():
-    bin_folder, config = Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve()
-    levels = [int(level) for level in sys.argv[3:]] or [1, 3]
+    parser = argparse.ArgumentParser()
+    parser.add_argument("bin", type=Path)
+    parser.add_argument("config", type=Path)
+    parser.add_argument("levels", type=int, nargs="*")
+    parser.add_argument("--factor", type=float, default=1.0, help="simulated per wall time")
+    parser.add_argument("--lockstep", type=int, default=0, metavar="RUNS")
+    arguments = parser.parse_intermixed_args()
+    bin_folder, config = arguments.bin.resolve(), arguments.config.resolve()
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
         subprocess.run([bin_folder / "takt-run", "run", config / "scenarios" / "block_assembly.yaml", "--csv", folder / "run.csv",
@@ -275,7 +350,15 @@ def main():
         with open(folder / "run.csv", newline="") as file:
             rows = list(csv.DictReader(file))
         courses = [Course(rows, f"Robot{i}", f"Gripper{i}", 0.004) for i in (1, 2)]
-        good = [run(bin_folder, config, level, courses, folder) for level in levels]
+        good = []
+        for level in arguments.levels or [1, 3]:
+            if not arguments.lockstep:
+                good.append(run(bin_folder, config, level, courses, folder, arguments.factor))
+                continue
+            hashes = {run_in_lockstep(bin_folder, config, level, courses, folder)
+                      for _ in range(arguments.lockstep)}
+            good.append(len(hashes) == 1 and None not in hashes)
+            print(f"level {level}: {arguments.lockstep} runs in lockstep, state hashes: {hashes}", flush=True)
         if not all(good):
             for log in sorted(folder.glob("*.log")):
                 print(f"--- {log.name}\n{log.read_text()[-1500:]}")

@@ -215,7 +215,7 @@ class RealtimeEgm : public Controller {
   using Controller::Controller;
 
   int run(Client& client) {
-    if (options_.start) client.set_pace(Pace::realtime);
+    if (options_.start) set_realtime(client);
     CellLink link(client,
                   {.name = options_.name,
                    .protocol = kProtocol,
@@ -282,7 +282,7 @@ class SensorSide {
   }
 
   int run(Client& client) {
-    if (options_.start) client.set_pace(Pace::realtime);
+    if (options_.start) set_realtime(client);
     CellLink link(client,
                   {.name = options_.name,
                    .protocol = kProtocol,

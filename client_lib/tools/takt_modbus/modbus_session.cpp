@@ -185,7 +185,7 @@ class RealtimeServer {
   }
 
   int run(Client& client) {
-    if (options_.start) client.set_pace(Pace::realtime);
+    if (options_.start) set_realtime(client);
     CellLink link(client, link_options(options_, m_), m_.targets());
     if (options_.start) client.play();
     link.supervise();
@@ -310,7 +310,7 @@ class PollingClient {
   }
 
   int run(Client& client) {
-    if (options_.start) client.set_pace(Pace::realtime);
+    if (options_.start) set_realtime(client);
     CellLink link(client, link_options(options_, m_), m_.targets());
     link_ = &link;
     if (options_.start) client.play();

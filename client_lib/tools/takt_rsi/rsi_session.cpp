@@ -247,7 +247,7 @@ class RealtimeRsi : public Controller {
   using Controller::Controller;
 
   int run(Client& client) {
-    if (options_.start) client.set_pace(Pace::realtime);
+    if (options_.start) set_realtime(client);
     CellLink link(client,
                   {.name = options_.name,
                    .protocol = kProtocol,
@@ -338,7 +338,7 @@ class SensorSide {
   }
 
   int run(Client& client) {
-    if (options_.start) client.set_pace(Pace::realtime);
+    if (options_.start) set_realtime(client);
     CellLink link(client,
                   {.name = options_.name,
                    .protocol = kProtocol,

@@ -17,7 +17,7 @@ int run_controller(const GatewayRun& options) {
                                                    : read_ur_mapping(options.mapping_file, *cell);
   if (!options.address.empty()) mapping.address = options.address;
   if (options.start) {
-    client.set_pace(Pace::realtime);
+    gateway::set_realtime(client);
     client.play();
   }
   const bool wall = mapping.time == gateway::TimeReference::wall;

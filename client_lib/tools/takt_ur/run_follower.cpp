@@ -220,7 +220,7 @@ int run_follower(const GatewayRun& options) {
   const UrMapping mapping = options.mapping_file.empty() ? default_ur_mapping(*cell, options.robot)
                                                          : read_ur_mapping(options.mapping_file, *cell);
   if (options.start) {
-    client.set_pace(Pace::realtime);
+    gateway::set_realtime(client);
     client.play();
   }
   const std::string name = "takt-ur " + mapping.robot.robot;

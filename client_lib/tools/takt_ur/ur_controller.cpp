@@ -85,7 +85,11 @@ void UrController::advance() {
   change_power();
   // A robot that another client moves, or that was reset, or stands still with its cell: the target is where it is.
   if (!drives_ || !plays || robot_mode_ != RobotMode::running) {
-    motion_.reset(actual_q_);
+    // A program that runs beside a cell that stands keeps its mode, since drivers do not send it again.
+    if (drives_ && robot_mode_ == RobotMode::running)
+      motion_.relocate(actual_q_);
+    else
+      motion_.reset(actual_q_);
     restart_force_mode(actual_q_);
     target_q_ = actual_q_;
   }
