@@ -300,7 +300,7 @@ struct Client::Impl::ReaderOf final : Reader {
   ReaderOf(Impl& owner, const Topic<Type>& topic, typename client::ReaderListener<Type>::OnMatch on_match)
       : client(owner),
         latched(qos_of(topic).latched),
-        listener([this](const Type& sample, const GuidPrefix& from) { on_sample(sample, from); },
+        listener([this](Type&& sample, const GuidPrefix& from) { on_sample(std::move(sample), from); },
                  std::move(on_match)) {
     each_counts = topic.qos == TopicQos::event;
   }
@@ -311,12 +311,12 @@ struct Client::Impl::ReaderOf final : Reader {
   }
 
   /// From a thread of DDS, without the mutex.
-  void on_sample(const Type& sample, const GuidPrefix& from) {
+  void on_sample(Type&& sample, const GuidPrefix& from) {
     if constexpr (std::is_same_v<Sample, CellInfo>) {
       client.on_description(*this, sample, from);
     } else {
       auto received = std::make_shared<Sample>();
-      static_cast<Type&>(*received) = sample;
+      static_cast<Type&>(*received) = std::move(sample);
       const std::lock_guard lock(client.mutex);
       take(std::move(received), from);
       client.changed.notify_all();
