@@ -146,6 +146,7 @@ class GuardTransport final : public ChainedTransport {
                               : ChainedTransport::IsInputChannelOpen(at);
   }
   bool CloseInputChannel(const rtps::Locator_t& at) override {
+    guard_->begin();  // a thread that waits for it would not end
     if (!brings_samples(at)) return ChainedTransport::CloseInputChannel(at);
     guard_->receiver().close(static_cast<std::uint16_t>(at.port));
     return true;
