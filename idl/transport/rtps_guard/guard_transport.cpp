@@ -154,6 +154,7 @@ class GuardTransport final : public ChainedTransport {
 
   void receive(transports::TransportReceiverInterface* next, const rtps::octet* data, std::uint32_t size,
                const rtps::Locator_t& local, const rtps::Locator_t& remote) override {
+    if (!brings_samples(local)) guard_->wait_for_begin();
     if (guard_->quarantined() || is_foreign(remote)) return;
     thread_local PacketCopy copy;
     const std::span<std::uint8_t> packet = copy.take({data, size}, guard_->limits().largest_sample_bytes);
@@ -218,6 +219,7 @@ class GuardTransport final : public ChainedTransport {
   }
   bool sending(std::span<const std::uint8_t> packet, rtps::SenderResource& sender,
                rtps::LocatorsIterator& begin, rtps::LocatorsIterator& end, const Pass& pass) override {
+    if (guard_->quarantined()) return true;
     const rtps::SenderResource* first = nullptr;
     if (first_sender_.compare_exchange_strong(first, &sender)) first = &sender;
     if (first == &sender) {
