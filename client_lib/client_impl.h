@@ -176,7 +176,7 @@ struct Client::Impl {
 /// still in the sockets and, after a long stop, `rediscovery` for DDS to discover the server again.
 template <typename Ready>
 bool Client::Impl::wait(std::unique_lock<std::mutex>& lock, Clock::time_point deadline, Ready ready) const {
-  constexpr std::chrono::milliseconds late{300}, emptying{1000}, rediscovery{10000};
+  constexpr std::chrono::milliseconds late{300}, emptying{1000}, rediscovery{15000};
   require_own_process();
   // Of all the waits of a thread: those for one sample after the other are short each.
   thread_local Clock::time_point looked = Clock::now();
@@ -300,7 +300,7 @@ struct Client::Impl::ReaderOf final : Reader {
   ReaderOf(Impl& owner, const Topic<Type>& topic, typename client::ReaderListener<Type>::OnMatch on_match)
       : client(owner),
         latched(qos_of(topic).latched),
-        listener([this](const Type& sample, const GuidPrefix& from) { on_sample(sample, from); },
+        listener([this](Type&& sample, const GuidPrefix& from) { on_sample(std::move(sample), from); },
                  std::move(on_match)) {
     each_counts = topic.qos == TopicQos::event;
   }
@@ -311,12 +311,12 @@ struct Client::Impl::ReaderOf final : Reader {
   }
 
   /// From a thread of DDS, without the mutex.
-  void on_sample(const Type& sample, const GuidPrefix& from) {
+  void on_sample(Type&& sample, const GuidPrefix& from) {
     if constexpr (std::is_same_v<Sample, CellInfo>) {
       client.on_description(*this, sample, from);
     } else {
       auto received = std::make_shared<Sample>();
-      static_cast<Type&>(*received) = sample;
+      static_cast<Type&>(*received) = std::move(sample);
       const std::lock_guard lock(client.mutex);
       take(std::move(received), from);
       client.changed.notify_all();

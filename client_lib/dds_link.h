@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "idl/transport/fastdds/topic_qos.h"
@@ -75,7 +76,7 @@ class Link {
 template <typename Sample>
 class ReaderListener : public dds::DataReaderListener {
  public:
-  using OnSample = std::function<void(const Sample&, const GuidPrefix& sender)>;
+  using OnSample = std::function<void(Sample&&, const GuidPrefix& sender)>;
   using OnMatch = std::function<void(const GuidPrefix& writer, bool matched)>;
   explicit ReaderListener(OnSample on_sample, OnMatch on_match = {})
       : on_sample_(std::move(on_sample)), on_match_(std::move(on_match)) {}
@@ -84,7 +85,7 @@ class ReaderListener : public dds::DataReaderListener {
     Sample sample;
     dds::SampleInfo info;
     while (is_ok(reader->take_next_sample(&sample, &info)))
-      if (info.valid_data) on_sample_(sample, participant_of(info.publication_handle));
+      if (info.valid_data) on_sample_(std::move(sample), participant_of(info.publication_handle));
   }
   void on_subscription_matched(dds::DataReader*, const dds::SubscriptionMatchedStatus& status) override {
     if (on_match_) on_match_(participant_of(status.last_publication_handle), status.current_count_change > 0);

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "idl/common/text.h"
+#include "ros2_action_msgs.h"
 #include "ros2_msgs.h"
 #include "takt_msgs.h"
 
@@ -84,6 +85,11 @@ std::optional<Field> field_of_line(std::string line, const std::string& package)
 void MessageTypes::add(const MessageInfo& message) {
   MessageType type{std::string(message.name), {}};
   for (const FieldInfo& field : message.fields) {
+    if (!type.fields.empty() && type.fields.back().name == field.name) {  // a further element of an array
+      std::size_t& count = type.fields.back().count;
+      count = std::max<std::size_t>(count, 1) + 1;
+      continue;
+    }
     if (field.message != nullptr) add(*field.message);
     type.fields.push_back({std::string(field.name), field.kind,
                            std::string(field.message == nullptr ? "" : field.message->name),
@@ -147,6 +153,7 @@ const MessageTypes& known_types() {
     MessageTypes all;
     for (const MessageInfo* message : TaktMsgs::infos) all.add(*message);
     for (const MessageInfo* message : Ros2Msgs::infos) all.add(*message);
+    all.add(message_info<action_msgs::msg::GoalStatusArray>());
     return all;
   }();
   return types;

@@ -53,7 +53,8 @@ class MessageTypes {
   std::map<std::string, MessageType> types_;
 };
 
-/// takt's own types and the standard ones it speaks (takt_msgs.idl, ros2_msgs.idl); made on first use.
+/// takt's own types and the standard ones it speaks (takt_msgs.idl, ros2_msgs.idl, states of goals of
+/// ros2_action_msgs.idl); made on first use.
 const MessageTypes& known_types();
 
 /// takt_msgs/msg/CellState of takt_msgs::msg::dds_::CellState_, and back; empty for an invalid name.

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Writes what is generated from takt's IDL. Usage: generate.py OUTPUT_DIRECTORY FILE.idl..., or
-generate.py --docs DIRECTORY FILE.idl... for the pages that are made of it. A file is written only when its text
+generate.py --docs DIRECTORY FILE.idl... for the pages that are made of it, or
+generate.py --permissions DIRECTORY FILE.idl... for the permissions of a secured cell. A file is written only when its text
 changes, so that a build repeats no work."""
 import sys
 from pathlib import Path
@@ -9,6 +10,7 @@ import cpp
 import events
 import idl
 import page_script
+import permissions
 import python_api
 import requests
 import ros
@@ -20,8 +22,8 @@ def write(path, text):
 
 
 def main(arguments):
-    pages = arguments[:1] == ["--docs"]
-    arguments = arguments[1:] if pages else arguments
+    only = arguments[0] if arguments[:1] in (["--docs"], ["--permissions"]) else None
+    arguments = arguments[1:] if only else arguments
     if len(arguments) < 2:
         sys.exit(__doc__)
     output = Path(arguments[0])
@@ -38,9 +40,13 @@ def main(arguments):
     except idl.IdlError as error:
         sys.exit(str(error))
     output.mkdir(parents=True, exist_ok=True)
-    if pages:
+    if only == "--docs":
         write(output / "requests.md", requests.page(reader))
         write(output / "events.md", events.page(reader))
+        return
+    if only == "--permissions":
+        for name, text in permissions.documents(reader).items():
+            write(output / name, text)
         return
     for file in reader.files.values():
         write(output / f"{file.path.stem}.h", cpp.types_header(file, reader))

@@ -35,12 +35,12 @@ class DdsIoThread {
     std::int64_t leases_ns = 0;
     while (!stop_.load(std::memory_order_relaxed)) {
       host_.outbound().news.wait_until_ns(monotonic_now_ns() + publisher_.longest_sleep_ns());
+      publisher_.write();  // first: an instant waits for nothing else
       const std::int64_t now = monotonic_now_ns();
       if (now - leases_ns >= kLeases_ns) {
         leases_ns = now;
         commands_.expire_liveliness_leases();
       }
-      publisher_.write();
       guard_watch_.look(guard_, now, host_.outbound().events);
     }
     publisher_.finish();

@@ -85,8 +85,8 @@ void StatePublisher::write() {
   std::uint64_t step = 0;
   {
     const std::lock_guard lock(mutex_);
-    const PacketCork cork;
     write_news(true);
+    const PacketCork cork;
     if (publisher_) {
       publisher_->repeat_if_due();
       step = publisher_->present_step();
@@ -143,8 +143,12 @@ void StatePublisher::write_newest() {
 }
 
 void StatePublisher::write_news(bool with_status) {
-  write_events();
-  write_newest();
+  {
+    const PacketCork cork;
+    write_events();
+    write_newest();
+  }
+  const PacketCork cork;  // the instant does not wait for these
   if (publisher_ && with_status) {
     if (const LoopStatus* status = publisher_->loop().output().status.take())
       write_status(*status, publisher_->cell());

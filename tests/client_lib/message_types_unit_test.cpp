@@ -53,6 +53,17 @@ TEST(MessageTypes, TypesOfTheCellHaveTheirFields) {
   EXPECT_EQ(takt::recording::dds_type_name("std_msgs/msg/String"), "std_msgs::msg::dds_::String_");
 }
 
+/// As the packages action_msgs and unique_identifier_msgs of ROS 2 define it.
+TEST(MessageTypes, StatesOfGoalsAreKnown) {
+  const std::string line = std::string(80, '=') + "\nMSG: ";
+  EXPECT_EQ(known_types().ros2msg("action_msgs/msg/GoalStatusArray"),
+            "action_msgs/GoalStatus[] status_list\n" + line +
+                "action_msgs/GoalStatus\naction_msgs/GoalInfo goal_info\nint8 status\n" + line +
+                "action_msgs/GoalInfo\nunique_identifier_msgs/UUID goal_id\nbuiltin_interfaces/Time stamp\n" +
+                line + "unique_identifier_msgs/UUID\nuint8[16] uuid\n" + line +
+                "builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n");
+}
+
 TEST(Samples, SamplesAreReadWithTheAlignmentOfCdr) {
   MessageTypes types;
   types.add_ros2msg("a/msg/T", "uint8 flag\nfloat64 x\nstring s\nint16 n\nint32[] l\n");

@@ -9,6 +9,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "idl" / "generator"
 import cpp  # noqa: E402
 import events  # noqa: E402
 import idl  # noqa: E402
+import permissions  # noqa: E402
 import requests  # noqa: E402
 
 
@@ -207,6 +208,19 @@ class Vocabulary(unittest.TestCase):
         for name, text in (("requests", requests.page(reader)), ("events", events.page(reader))):
             page = (ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8")
             self.assertTrue(page == text, f"docs/{name}.md differs from the IDL: ./dev docs writes it")
+
+    def test_the_permissions_are_those_of_the_idl(self):
+        reader = idl.read([ROOT / "idl" / f"{name}_msgs.idl" for name in ("takt", "ros2")])
+        for name, text in permissions.documents(reader).items():
+            file = ROOT / "config" / "dds" / "security" / name
+            self.assertTrue(file.read_text(encoding="utf-8") == text, f"{file} differs from the IDL: ./dev docs writes it")
+
+    def test_a_controller_may_write_each_topic_of_clients_once(self):
+        reader = read(in_module(
+            '@final @topic(id="a", name="{cell}/{robot}/go", by="client", qos="command")\n'
+            '@topic(id="b", name="{cell}/{device}/go", by="client", qos="command") struct A { octet x; };\n'
+            '@final @topic(id="c", name="{cell}/state", by="server", qos="instant") struct B { octet x; };'))
+        self.assertEqual(permissions.written_by_clients(reader), ["rt/*/go", "rq/*"])
 
 
 if __name__ == "__main__":

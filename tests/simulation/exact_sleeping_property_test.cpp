@@ -118,6 +118,34 @@ TEST(ExactSleeping, SkippingRestingPartsChangesNoBitUnderAnyAlgorithm) {
   }
 }
 
+/// A sample of each step, beside the only sample of a simulation that was restored from the same state.
+TEST(KeptWrenches, ASampleDoesNotDependOnEarlierOnes) {
+  for (const InteractionAlgorithm algorithm :
+       {InteractionAlgorithm::partner_search, InteractionAlgorithm::substitute_force,
+        InteractionAlgorithm::extended_substitute_force}) {
+    CrowdedCell cell(30, true);
+    auto model = std::make_shared<CellModel>(*cell.model());
+    model->interaction.algorithm = algorithm;
+    model->step_s = 5e-4;
+    Simulation streamed(model);
+    Snapshot each = streamed.make_snapshot();
+    std::vector<std::byte> state;
+    bool carried = false;
+    for (int i = 0; i < 5000; ++i) {
+      ASSERT_TRUE(streamed.step(cell.commands(streamed, 1.6)));
+      streamed.read_snapshot(each);
+      carried = carried || each.components[1].state == PartState::grasped;
+      if (i % 40 != 0) continue;
+      ASSERT_EQ(streamed.save_state(state), "");
+      Simulation restored(model);
+      ASSERT_EQ(restored.restore_state(state), "");
+      Snapshot once = restored.make_snapshot();
+      expect_same_bits(each, once);
+    }
+    EXPECT_TRUE(carried) << to_string(algorithm);
+  }
+}
+
 TEST(ExactSleeping, CountsOfCallsEqualThoseOfTestingMovedPairsOnly) {
   // One Part falls past four at rest: only its pairs are tested.
   test::BoxCell cell;

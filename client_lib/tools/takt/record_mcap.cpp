@@ -7,6 +7,8 @@
 #include <cstdio>
 #include <map>
 #include <mutex>
+#include <set>
+#include <string>
 #include <thread>
 #include <utility>
 
@@ -168,8 +170,10 @@ class McapRecorder {
 
   void add(const RawTopic& topic) {
     if (recording::known_types().find(topic.type) == nullptr) {
-      std::fprintf(stderr, "takt: note: %s is not recorded: its type %s is not known.\n", topic.name.c_str(),
-                   topic.type.c_str());
+      if (unknown_types_.insert(topic.type).second)
+        std::fprintf(stderr,
+                     "takt: note: %s is not recorded, as any topic of its type %s: the type is not known.\n",
+                     topic.name.c_str(), topic.type.c_str());
       return;
     }
     try {
@@ -257,6 +261,7 @@ class McapRecorder {
   bool over_ = false, described_ = false, new_description_ = false, at_end_ = false, gone_ = false;
   std::string failure_;
   std::map<std::string, Channel> channels_;
+  std::set<std::string> unknown_types_;  ///< noted
   recording::McapWriter writer_;
   client::RawTopics topics_;
 };

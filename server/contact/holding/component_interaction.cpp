@@ -464,9 +464,10 @@ void ComponentInteraction::show_partners() {
   }
 }
 
-void ComponentInteraction::evaluate(const CellMotion& motion, std::span<Wrench> wrenches) const {
+void ComponentInteraction::evaluate(const CellMotion& motion, std::span<Wrench> wrenches,
+                                    KeptWrenches* kept) const {
   std::fill(wrenches.begin(), wrenches.end(), Wrench{});
-  evaluate(motion, parts_, wrenches);
+  evaluate(motion, parts_, wrenches, kept);
 }
 
 }  // namespace takt

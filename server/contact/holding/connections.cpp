@@ -41,6 +41,7 @@ Connections::Connections(const std::vector<Component>& components, std::size_t p
 }
 
 void Connections::reset() {
+  ++version_;
   list_.clear();
   std::fill(first_.begin(), first_.end(), 0);
   std::fill(partner_.begin(), partner_.end(), -1);
@@ -53,6 +54,7 @@ void Connections::reset() {
 }
 
 void Connections::turn(int part, const ConnectionTurn& turn) {
+  ++version_;
   for (PairConnection& pair : mutable_of(part)) {
     turn_offset(turn, pair.connection);
     mark_changed(pair);
@@ -61,6 +63,7 @@ void Connections::turn(int part, const ConnectionTurn& turn) {
 }
 
 void Connections::shift(int part, int target, const Vec3& shift_W, const CellMotion& motion) {
+  ++version_;
   for (PairConnection& pair : mutable_of(part)) {
     Connection& connection = pair.connection;
     if (target != -1 && connection.partner != target) continue;
@@ -88,6 +91,7 @@ void Connections::begin_step(const CellMotion& motion) {
     for (PairConnection& pair : list_) {
       Connection& connection = pair.connection;
       if (!connection.slides) continue;
+      ++version_;
       const Mat3& R_WT = motion.carrier(connection.partner).X_WB.R;
       connection.p_TBcm_T +=
           R_WT.transpose() * ((motion.time_s - connection.slide_from_s) * connection.slide_W);
@@ -99,6 +103,7 @@ void Connections::begin_step(const CellMotion& motion) {
 }
 
 void Connections::slide(int part, const Vec3& velocity_W, const CellMotion& motion) {
+  ++version_;
   for (PairConnection& pair : mutable_of(part)) {
     if (pair.connection.partner != partner(part)) continue;
     pair.connection.slide_W = velocity_W;
@@ -109,6 +114,7 @@ void Connections::slide(int part, const Vec3& velocity_W, const CellMotion& moti
 }
 
 void Connections::end_turns() {
+  if (!turning_.empty()) ++version_;
   for (const int part : turning_)
     for (PairConnection& pair : mutable_of(part)) pair.connection.turn = {};
   turning_.clear();
@@ -117,6 +123,7 @@ void Connections::end_turns() {
 }
 
 void Connections::update(const ContactGraph& graph, std::span<const int> parts, const CellMotion& motion) {
+  if (!parts.empty()) ++version_;
   wanted_.clear();
   closed_on_.clear();
   const bool single = parameters_.algorithm == InteractionAlgorithm::partner_search;
@@ -403,8 +410,9 @@ void Connections::soften_free_clusters(const ContactGraph& graph, std::span<cons
   }
 }
 
-void Connections::evaluate(const CellMotion& motion, std::span<const int> parts,
-                           std::span<Wrench> wrenches) const {
+void Connections::evaluate(const CellMotion& motion, std::span<const int> parts, std::span<Wrench> wrenches,
+                           KeptWrenches* kept) const {
+  if (kept != nullptr) kept->begin(motion, version_);
   for (const int part : parts) {
     wrenches[static_cast<std::size_t>(part)] = {};
     for (const PairConnection& pair : of(part))
@@ -412,10 +420,13 @@ void Connections::evaluate(const CellMotion& motion, std::span<const int> parts,
   }
   for (const int part : parts) {
     const BodyMotion& base = motion.bodies[static_cast<std::size_t>(part)];
-    for (const PairConnection& pair : of(part)) {
+    const std::span<const PairConnection> pairs = of(part);
+    for (const PairConnection& pair : pairs) {
       const auto partner = static_cast<std::size_t>(pair.connection.partner);
       const BodyMotion& target = motion.carrier(pair.connection.partner);
-      const Wrench on_base = substitute_wrench(pair.connection, base, target, motion.time_s);
+      const Wrench on_base = kept != nullptr && pairs.size() == 1
+                                 ? kept->of(static_cast<std::size_t>(part), pair.connection, motion)
+                                 : substitute_wrench(pair.connection, base, target, motion.time_s);
       wrenches[static_cast<std::size_t>(part)] += on_base;
       wrenches[partner] += reaction_on_target(on_base, base, target);
       if (const ConnectionTurn& turn = pair.connection.turn; turn.driver >= 0) {

@@ -30,6 +30,7 @@
 
 #include "server/components/component.h"
 #include "server/contact/holding/connection_rules.h"
+#include "server/contact/holding/kept_wrenches.h"
 #include "server/contact/holding/partner_search.h"
 #include "server/contact/holding/substitute_force.h"
 #include "server/contact/holding/support_tree.h"
@@ -121,8 +122,11 @@ class Connections {
   /// Holder of a Part: its Gripper, else its Ground, else a Part; or -1.
   int partner(int component) const { return partner_[static_cast<std::size_t>(component)]; }
 
-  /// Pure stage; see ComponentInteraction::evaluate().
-  void evaluate(const CellMotion& motion, std::span<const int> parts, std::span<Wrench> wrenches) const;
+  /// Pure stage; see ComponentInteraction::evaluate(). `kept`: takes the wrenches of connections at rest from there.
+  void evaluate(const CellMotion& motion, std::span<const int> parts, std::span<Wrench> wrenches,
+                KeptWrenches* kept = nullptr) const;
+  /// Differs after each change of a connection.
+  std::uint64_t version() const { return version_; }
   /// Appends how the wrenches of these Parts' connections change with the motion. Weights that pass through
   /// are constant.
   void linearise(const CellMotion& motion, std::span<const int> parts,
@@ -183,6 +187,7 @@ class Connections {
   PartnerSearch partner_search_;
   SupportTree tree_;
   std::uint64_t partner_searches_ = 0;
+  std::uint64_t version_ = 1;
 };
 
 }  // namespace takt

@@ -21,6 +21,7 @@ void Connections::save(StateWriter& out) const {
 }
 
 void Connections::load(StateReader& in) {
+  ++version_;
   // Already set by load_attached() of the interaction and its owners.
   const std::vector<double> stiffness = stiffness_;
   reset();

@@ -8,7 +8,7 @@ namespace takt {
 
 OdeSystem::OdeSystem(std::vector<PlantModel*> models, const ComponentInteraction& interaction,
                      std::size_t body_count, std::size_t arm_count, ContactInteraction* contacts)
-    : interaction_(interaction), contacts_(contacts), wrenches_(body_count) {
+    : interaction_(interaction), contacts_(contacts), wrenches_(body_count), kept_(body_count) {
   motion_.bodies.resize(body_count);
   motion_.arms.resize(arm_count);
   motion_.heat.resize(body_count);
@@ -107,7 +107,7 @@ void OdeSystem::update_stateless_motion(double t) {
 }
 
 std::span<const Wrench> OdeSystem::update_wrenches() {
-  interaction_.evaluate(motion_, wrenches_);
+  interaction_.evaluate(motion_, wrenches_, &kept_);
   if (has_contacts()) contacts_->evaluate(motion_, wrenches_);
   for (const ForceElement* element : elements_) element->add_wrenches(motion_, wrenches_);
   return wrenches_;

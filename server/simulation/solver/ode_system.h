@@ -147,6 +147,7 @@ class OdeSystem {
   std::vector<const ForceElement*> elements_;
   CellMotion motion_;
   std::vector<Wrench> wrenches_;
+  KeptWrenches kept_;  ///< of update_wrenches()
   int state_count_ = 0;
   int indicator_count_ = 0;
   bool stiff_pairs_ = false;

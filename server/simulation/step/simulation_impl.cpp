@@ -30,6 +30,7 @@ Simulation::Impl::Impl(std::shared_ptr<const CellModel> cell_model)
       signals(*model, plant, grasping),
       exact_sleeping(model->components, part_bodies(*model)),
       threshold_sleeping(model->components, model->contact.sleeping, model->step_s, contacts, exact_sleeping),
+      orientations(model->components.size()),
       part_hashes(model->parts.size(), 0),
       robot_commands(model->robots.size()),
       gripper_commands(model->grippers.size()),

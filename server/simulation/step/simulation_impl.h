@@ -153,6 +153,12 @@ struct Simulation::Impl {
   SignalImage signals;
   ExactSleeping exact_sleeping;
   ThresholdSleeping threshold_sleeping;
+  /// By component, of the last sample. Most Parts do not turn between two samples.
+  struct Orientation {
+    Mat3 R_WB = Mat3::Identity();
+    Quat q_WB = Quat::Identity();
+  };
+  std::vector<Orientation> orientations;
   std::vector<std::uint64_t> part_hashes;
   std::uint64_t parts_hash = 0;
   std::vector<CommandCounter> robot_commands, gripper_commands, device_commands;

@@ -1,6 +1,7 @@
 // Outputs of a simulation: snapshots and explanations.
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <iterator>
 
 #include "server/simulation/step/simulation_impl.h"
@@ -108,7 +109,10 @@ void Simulation::Impl::fill_instant(Snapshot& snapshot) const {
 void Simulation::Impl::fill_component(int component, ComponentSample& sample) {
   const BodyMotion& body = system().motion().bodies[static_cast<std::size_t>(component)];
   sample.p_WB = body.X_WB.p;
-  sample.q_WB = body.X_WB.quaternion();
+  Orientation& orientation = orientations[static_cast<std::size_t>(component)];
+  if (std::memcmp(orientation.R_WB.data(), body.X_WB.R.data(), sizeof(Mat3)) != 0)
+    orientation = {body.X_WB.R, body.X_WB.quaternion()};
+  sample.q_WB = orientation.q_WB;
   sample.V_WB = body.V_WB;
   sample.partner = interaction.partner(component);
   sample.state = is_parked(component)
