@@ -118,6 +118,7 @@ Link::Link(int domain, const std::string& name, const LinkProfile& profile, Disc
     participant_ = factory->create_participant(static_cast<dds::DomainId_t>(domain), qos, listener,
                                                dds::StatusMask::none());
   }
+  guard_->begin();
   if (participant_ == nullptr && secured)
     fail(refused_identity(directory, static_cast<std::uint32_t>(domain)));
   if (participant_ == nullptr)

@@ -1,10 +1,12 @@
 #include "client_lib/discovery.h"
 
 #include <algorithm>
+#include <cctype>
 #include <condition_variable>
 #include <fstream>
 #include <set>
 #include <sstream>
+#include <utility>
 
 #include "client_lib/client.h"
 #include "idl/transport/fastdds/server_participant.h"
@@ -29,6 +31,24 @@ void CellWatch::on_writer(const DiscoveredWriter& writer) {
   if (on_new_) on_new_();
 }
 
+void CellWatch::on_participant(const DdsGuid& guid, const std::string& name) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (name.empty())
+      participants_.erase(guid);
+    else
+      participants_[guid] = name;
+  }
+  if (on_new_) on_new_();
+}
+
+std::vector<std::string> CellWatch::participants() const {
+  const std::lock_guard lock(mutex_);
+  std::vector<std::string> names;
+  for (const auto& [guid, name] : participants_) names.push_back(name);
+  return names;
+}
+
 std::vector<std::string> CellWatch::names() const {
   std::vector<std::string> names;
   for (const auto& [name, count] : servers()) names.push_back(name);
@@ -46,18 +66,31 @@ std::map<std::string, int> CellWatch::servers() const {
 
 namespace {
 
-/// At least one cell was found, all have sent their status, and each participant of a server has announced its cell.
+/// The cells of these participants, with the number of servers of each.
+std::map<std::string, int> cells_of(const std::vector<std::string>& participants) {
+  std::map<std::string, int> cells;
+  const auto is_part_of_topics = [](unsigned char c) { return std::isalnum(c) != 0 || c == '_'; };
+  for (const std::string& name : participants) {
+    if (!name.starts_with(kServerParticipant)) continue;
+    const std::string cell = name.substr(kServerParticipant.size());
+    if (!cell.empty() && std::all_of(cell.begin(), cell.end(), is_part_of_topics)) ++cells[cell];
+  }
+  return cells;
+}
+
+/// At least one cell was found, and each server that is there has announced its cell and sent its status.
 bool all_answered(const std::map<std::string, std::optional<Status>>& found,
-                  const std::map<std::string, int>& announced, const std::vector<std::string>& participants) {
-  std::map<std::string, int> expected;
-  for (const std::string& name : participants)
-    if (name.starts_with(kServerParticipant)) ++expected[name.substr(kServerParticipant.size())];
-  const auto complete = [&](const auto& cell) {
-    const auto place = announced.find(cell.first);
-    return place != announced.end() && place->second >= cell.second && found.contains(cell.first);
+                  const std::map<std::string, int>& announced, const std::map<std::string, int>& expected) {
+  const auto answered = [&](const std::string& cell) {
+    const auto place = found.find(cell);
+    return place != found.end() && place->second.has_value();
   };
-  return !found.empty() && std::all_of(expected.begin(), expected.end(), complete) &&
-         std::all_of(found.begin(), found.end(), [](const auto& cell) { return cell.second.has_value(); });
+  return !announced.empty() && std::all_of(announced.begin(), announced.end(), [&](const auto& cell) {
+    return answered(cell.first);
+  }) && std::all_of(expected.begin(), expected.end(), [&](const auto& cell) {
+    const auto place = announced.find(cell.first);
+    return place != announced.end() && place->second >= cell.second;
+  });
 }
 
 /// The number of participants of the domain on this machine, by their ports of discovery; 0 where the kernel does not say.
@@ -117,32 +150,35 @@ std::vector<FoundCell> list_cells(int domain, Seconds duration, const std::strin
   for (;;) {
     announced = false;
     lock.unlock();  // a reader may be handed its first sample before create_reader returns
-    for (const std::string& name : watch.names()) {
+    // A server's participant is known ahead of its topics: its status then comes with them.
+    const std::vector<std::string> names = watch.participants();
+    const std::map<std::string, int> expected = cells_of(names), servers = watch.servers();
+    std::set<std::string> cells;
+    for (const auto* of : {&expected, &servers})
+      for (const auto& [name, count] : *of) cells.insert(name);
+    for (const std::string& name : cells) {
       lock.lock();
       const bool is_new = found.try_emplace(name).second;
       lock.unlock();
       if (!is_new) continue;
       listeners.push_back(std::make_unique<StatusListener>(
-          [&, &slot = found[name]](const takt_msgs::msg::Status& sample, const client::GuidPrefix&) {
+          [&, &slot = found[name]](takt_msgs::msg::Status&& sample, const client::GuidPrefix&) {
             const std::lock_guard guard(mutex);
             if (!slot) newest = Clock::now();
-            slot = Status{sample};
+            slot = Status{std::move(sample)};
           }));
       link.create_reader(topics::status, topics::status.name(name), listeners.back().get());
     }
-    const std::vector<std::string> names = link.participant_names();
-    const auto servers = watch.servers();
     lock.lock();
     const auto now = Clock::now();
     if (names.size() > participants) newest = now;
     participants = std::max(participants, names.size());
-    const std::size_t of_this_machine =
-        participants_of_this_machine(domain);  // this one included, as in the names
-    const bool all_discovered = names.size() >= of_this_machine;
+    const std::size_t of_this_machine = participants_of_this_machine(domain);  // this one included
+    const bool all_discovered = names.size() + 1 >= of_this_machine;
     const bool nothing_expected = only_this_machine && of_this_machine > 0 && all_discovered;
     const auto quiet = std::max<Clock::duration>(kShortestQuiet, newest - began);
     const bool all_found =
-        (all_discovered || now >= began + kDiscovery) && all_answered(found, servers, names);
+        (all_discovered || now >= began + kDiscovery) && all_answered(found, servers, expected);
     if (now >= deadline || (all_found && (nothing_expected || now >= newest + quiet))) break;
     changed.wait_until(lock, std::min(deadline, now + kLook), [&] { return announced; });
   }

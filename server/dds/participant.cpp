@@ -70,6 +70,7 @@ Participant::Participant(const ParticipantOptions& options, DiscoveryListener& l
   // The participant's listener hears of discovery only; the data goes to the listeners of the readers.
   participant_ = dds::DomainParticipantFactory::get_instance()->create_participant(
       options.domain, qos, &listener, dds::StatusMask::none());
+  if (guard_) guard_->begin();
   if (participant_ == nullptr && !secure_directory.empty())
     throw DdsError(refused_identity(secure_directory, options.domain));
   if (participant_ == nullptr) {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <functional>
 #include <future>
 #include <thread>
 
@@ -35,6 +36,7 @@ class GuardThreads : public testing::Test {
         qos.transport().user_transports.back()->create_transport()));
     ASSERT_NE(transport_, nullptr);
   }
+  void begin() { guard_->begin(); }
   void receive(const Bytes& packet) {
     transport_->receive(&behind_, packet.data(), static_cast<std::uint32_t>(packet.size()), local_, local_);
   }
@@ -52,7 +54,35 @@ class GuardThreads : public testing::Test {
   rtps::Locator_t local_{LOCATOR_KIND_UDPv4, 7410};
 };
 
+/// Answers to the first announcement come ahead of it.
+TEST_F(GuardThreads, PacketsWaitUntilTheParticipantHasBeenMade) {
+  bool made = false, came = false;
+  behind_.received = [&] {
+    EXPECT_TRUE(made);
+    came = true;
+  };
+  std::promise<void> started;
+  std::thread other([&] {
+    started.set_value();
+    receive(discovery());
+  });
+  started.get_future().wait();
+  std::this_thread::yield();
+  made = true;
+  begin();
+  other.join();
+  EXPECT_TRUE(came);
+}
+
+TEST_F(GuardThreads, APacketDoesNotWaitForEver) {
+  bool came = false;
+  behind_.received = [&] { came = true; };
+  receive(discovery());
+  EXPECT_TRUE(came);
+}
+
 TEST_F(GuardThreads, PacketsOfDiscoveryPassOneAtATime) {
+  begin();
   std::atomic<int> inside{0}, most{0}, count{0};
   behind_.received = [&] {
     const int now = ++inside;
@@ -72,6 +102,7 @@ TEST_F(GuardThreads, PacketsOfDiscoveryPassOneAtATime) {
 }
 
 TEST_F(GuardThreads, SamplesDoNotWaitForDiscovery) {
+  begin();
   std::promise<void> sample_came, discovery_came;
   bool first = true;
   behind_.received = [&] {

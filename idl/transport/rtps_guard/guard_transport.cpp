@@ -146,6 +146,7 @@ class GuardTransport final : public ChainedTransport {
                               : ChainedTransport::IsInputChannelOpen(at);
   }
   bool CloseInputChannel(const rtps::Locator_t& at) override {
+    guard_->begin();  // a thread that waits for it would not end
     if (!brings_samples(at)) return ChainedTransport::CloseInputChannel(at);
     guard_->receiver().close(static_cast<std::uint16_t>(at.port));
     return true;
@@ -153,6 +154,7 @@ class GuardTransport final : public ChainedTransport {
 
   void receive(transports::TransportReceiverInterface* next, const rtps::octet* data, std::uint32_t size,
                const rtps::Locator_t& local, const rtps::Locator_t& remote) override {
+    if (!brings_samples(local)) guard_->wait_for_begin();
     if (guard_->quarantined() || is_foreign(remote)) return;
     thread_local PacketCopy copy;
     const std::span<std::uint8_t> packet = copy.take({data, size}, guard_->limits().largest_sample_bytes);

@@ -3,6 +3,8 @@
 // (rtps_guard.h) ahead of Fast DDS. Packets with a flaw are dropped and counted.
 #include <array>
 #include <atomic>
+#include <chrono>
+#include <condition_variable>
 #include <cstdint>
 #include <memory>
 #include <mutex>
@@ -31,6 +33,21 @@ class PacketGuard : public std::enable_shared_from_this<PacketGuard> {
   /// Follows the participants that DDS knows and drops. Call it ahead of the participant's construction; the
   /// listener keeps the guard alive.
   void follow(DiscoveryListener& listener);
+
+  /// The participant has been made. It announces itself a moment before it receives (2.9.1, RTPSParticipantImpl::enable):
+  /// answers from this machine would be lost, and the next announcements come after a second. So packets wait until this
+  /// call, for half a second at most.
+  void begin() {
+    const std::lock_guard lock(begin_mutex_);
+    begun_ = true;
+    begun_changed_.notify_all();
+  }
+  void wait_for_begin() {
+    if (begun_) return;
+    constexpr std::chrono::milliseconds longest{500};
+    std::unique_lock lock(begin_mutex_);
+    if (!begun_changed_.wait_for(lock, longest, [this] { return begun_.load(); })) begun_ = true;
+  }
 
   const GuardLimits& limits() const { return limits_; }
   RtpsSessionState& memory() { return memory_; }
@@ -73,7 +90,10 @@ class PacketGuard : public std::enable_shared_from_this<PacketGuard> {
   mutable LivelinessTracker heard_;
   std::optional<SuspendWatchdog> suspend_;
   std::array<std::atomic<std::uint64_t>, kRtpsErrorCount> counts_{};
-  UdpReceiver receiver_;
+  std::atomic<bool> begun_{false};
+  std::mutex begin_mutex_;
+  std::condition_variable begun_changed_;
+  UdpReceiver receiver_;  // last: its thread uses the rest
 };
 
 /// Puts a guard in front of each transport of these QoS (the builtin ones are first made explicit) and bounds
