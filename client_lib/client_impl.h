@@ -176,7 +176,7 @@ struct Client::Impl {
 /// still in the sockets and, after a long stop, `rediscovery` for DDS to discover the server again.
 template <typename Ready>
 bool Client::Impl::wait(std::unique_lock<std::mutex>& lock, Clock::time_point deadline, Ready ready) const {
-  constexpr std::chrono::milliseconds late{300}, emptying{1000}, rediscovery{10000};
+  constexpr std::chrono::milliseconds late{300}, emptying{1000}, rediscovery{15000};
   require_own_process();
   // Of all the waits of a thread: those for one sample after the other are short each.
   thread_local Clock::time_point looked = Clock::now();

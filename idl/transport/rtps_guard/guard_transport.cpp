@@ -219,6 +219,7 @@ class GuardTransport final : public ChainedTransport {
   }
   bool sending(std::span<const std::uint8_t> packet, rtps::SenderResource& sender,
                rtps::LocatorsIterator& begin, rtps::LocatorsIterator& end, const Pass& pass) override {
+    if (guard_->quarantined()) return true;
     const rtps::SenderResource* first = nullptr;
     if (first_sender_.compare_exchange_strong(first, &sender)) first = &sender;
     if (first == &sender) {

@@ -63,7 +63,7 @@ class PacketGuard : public std::enable_shared_from_this<PacketGuard> {
   /// Whether a reader of this participant is known to have answered a heartbeat of this own writer. Encrypted answers
   /// cannot be seen: true.
   bool is_synchronised(const rtps::GuidPrefix_t& participant, const rtps::EntityId_t& writer) const;
-  /// The process was suspended for long: all packets are dropped for a moment (suspend_detector.h).
+  /// The process was suspended for long: packets are neither received nor sent for a moment (suspend_detector.h).
   bool quarantined() { return suspend_ && suspend_->quarantined(); }
   /// When that was noticed last; the clock's epoch: never.
   SuspendWatchdog::Clock::time_point returned() {

@@ -4,6 +4,10 @@
 // sides of DDS would then disagree, and Fast DDS does not recover: of two participants that know each other's
 // GUID the dropped one receives no samples (2.9.1; tests/python/test_frozen.py). So a resumed process drops
 // all packets until its DDS has dropped the others too; then both discover each other again.
+//
+// It sends none either. An acknowledgement that was due when the process stopped would otherwise reach a participant that
+// has just discovered it again: a writer of 2.9.1 removes what is acknowledged (ReaderProxy::acked_changes_set) and does not
+// send it to the reader that asks for it later, which then never learns of some topics.
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
