@@ -50,8 +50,6 @@ class Link {
   dds::DataWriter* create_writer(const std::string& topic, dds::TypeSupport type,
                                  const dds::DataWriterQos& qos, dds::DataWriterListener* listener);
   void remove(dds::DataReader* reader);
-  /// The names of the participants that discovery has found so far.
-  std::vector<std::string> participant_names() const { return participant_->get_participant_names(); }
   /// False in the child process after fork(), where no function of the link works. The child's destructor
   /// leaves the DDS entities alone, since they belong to the parent.
   bool is_of_this_process() const;

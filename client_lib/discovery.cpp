@@ -31,6 +31,24 @@ void CellWatch::on_writer(const DiscoveredWriter& writer) {
   if (on_new_) on_new_();
 }
 
+void CellWatch::on_participant(const DdsGuid& guid, const std::string& name) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (name.empty())
+      participants_.erase(guid);
+    else
+      participants_[guid] = name;
+  }
+  if (on_new_) on_new_();
+}
+
+std::vector<std::string> CellWatch::participants() const {
+  const std::lock_guard lock(mutex_);
+  std::vector<std::string> names;
+  for (const auto& [guid, name] : participants_) names.push_back(name);
+  return names;
+}
+
 std::vector<std::string> CellWatch::names() const {
   std::vector<std::string> names;
   for (const auto& [name, count] : servers()) names.push_back(name);
@@ -133,7 +151,7 @@ std::vector<FoundCell> list_cells(int domain, Seconds duration, const std::strin
     announced = false;
     lock.unlock();  // a reader may be handed its first sample before create_reader returns
     // A server's participant is known ahead of its topics: its status then comes with them.
-    const std::vector<std::string> names = link.participant_names();
+    const std::vector<std::string> names = watch.participants();
     const std::map<std::string, int> expected = cells_of(names), servers = watch.servers();
     std::set<std::string> cells;
     for (const auto* of : {&expected, &servers})
@@ -155,9 +173,8 @@ std::vector<FoundCell> list_cells(int domain, Seconds duration, const std::strin
     const auto now = Clock::now();
     if (names.size() > participants) newest = now;
     participants = std::max(participants, names.size());
-    const std::size_t of_this_machine =
-        participants_of_this_machine(domain);  // this one included, as in the names
-    const bool all_discovered = names.size() >= of_this_machine;
+    const std::size_t of_this_machine = participants_of_this_machine(domain);  // this one included
+    const bool all_discovered = names.size() + 1 >= of_this_machine;
     const bool nothing_expected = only_this_machine && of_this_machine > 0 && all_discovered;
     const auto quiet = std::max<Clock::duration>(kShortestQuiet, newest - began);
     const bool all_found =
