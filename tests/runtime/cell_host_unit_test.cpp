@@ -120,7 +120,8 @@ TEST_F(Hosted, NotesOfImportsAreReported) {
   const DiagnosticEvent note = reader_->event("import_note");
   EXPECT_EQ(note.subject, "A");
   ASSERT_FALSE(notes.empty());
-  EXPECT_EQ(notes.front(), note.message);
+  EXPECT_EQ(notes.front(),
+            note.message + " So it is with B.");  // one sentence for both components of this mesh
 }
 
 TEST_F(Hosted, ACellWithoutAFileIsNeitherChangedNorReloaded) {
