@@ -69,19 +69,33 @@ const onBar = async () => {
 };
 await point(page, onBar, () => !document.querySelector('#marks').hidden);
 assert.ok((await page.locator('#marks').textContent()).startsWith(`${chosen.robot}: ${chosen.name}`));
-await point(page, async () => { await onBar(); await page.mouse.down(); await page.mouse.up(); }, ({begin}) => takt.lower.past.shown && Math.abs(takt.lower.state.time - begin) < 0.3, chosen);
+await point(page, async () => { await onBar(); await page.mouse.down(); await page.mouse.up(); }, ({begin}) => takt.lower.past.shown && takt.lower.state.time === takt.lower.past.states.frame(begin).time, chosen);
 // By keys: the next and the previous beginning of a step.
 const slider = page.locator('#position'), drawn = () => until(() => takt.lower.timeline.at === (takt.lower.past.shown ? takt.lower.state.time : null));
 await drawn();
-const before = await ask(() => takt.lower.state.time), next = Math.min(...shown.map(({begin}) => begin).filter((begin) => begin > before + 1e-6));
-assert.ok(next < end, `a step begins after ${before} s`);
+// The instant shown may be a little ahead of that beginning: the key goes on to the next one.
+const begins = [...new Set(shown.map(({begin}) => begin))].sort((a, b) => a - b), next = begins.find((begin) => begin > chosen.begin + 1e-6);
+assert.ok(next < end, `a step begins after ${chosen.begin} s`);
 await slider.press('Shift+PageUp');
-await until((time) => takt.lower.past.shown && Math.abs(takt.lower.state.time - time) < 0.3, next);
+await until((time) => takt.lower.past.shown && takt.lower.state.time === takt.lower.past.states.frame(time).time, next);
+// Keys visit each beginning once, also those between two instants that the page has.
+await page.click('#live');
+await drawn();
+const visited = await ask(() => {
+  const {timeline, past} = takt.lower, slider = document.querySelector('#position'), times = [], wanted = [...new Set(timeline.bars.flatMap(({steps}) => steps.map(({begin}) => begin)))].length;
+  for (let n = 0; n <= wanted; ++n) {
+    slider.dispatchEvent(new KeyboardEvent('keydown', {key: 'PageDown', shiftKey: true}));
+    takt.lower.draw();
+    if (timeline.jumped) times.push(timeline.jumped.time);
+  }
+  return {times, wanted, shown: Boolean(past.shown)};
+});
+assert.equal(new Set(visited.times).size, visited.wanted, JSON.stringify(visited));
 await page.click('#live');
 await drawn();
 await slider.press('Shift+PageDown');
 const newest = Math.max(...shown.map(({begin}) => begin).filter((begin) => begin < end - 1e-6));
-await until((time) => takt.lower.past.shown && Math.abs(takt.lower.state.time - time) < 0.3, newest);
+await until((time) => takt.lower.past.shown && takt.lower.state.time === takt.lower.past.states.frame(time).time, newest);
 await page.keyboard.press('l');
 await shot(page, 'bars');
 

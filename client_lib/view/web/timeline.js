@@ -11,7 +11,7 @@ const COLORS = {[Severity.information]: '--soft', [Severity.warning]: '--warn', 
 export class Timeline {
   // go(time): shows this time; null: the present. eventTime(event): its time here. stepTime(time): that of a simulated time.
   constructor({go, eventTime, stepTime}) {
-    Object.assign(this, {go, eventTime, stepTime, bars: [], drawnBars: [], from: 0, to: LEAST_S, newest: 0, at: null, marks: [], events: [], drawn: -Infinity, dirty: true, recording: false});
+    Object.assign(this, {go, eventTime, stepTime, bars: [], drawnBars: [], from: 0, to: LEAST_S, newest: 0, at: null, jumped: null, pending: null, marks: [], events: [], drawn: -Infinity, dirty: true, recording: false});
     const slider = $('position');
     this.canvas = $('timeline').querySelector('canvas');
     slider.oninput = () => this.slid(Number(slider.value));
@@ -19,21 +19,21 @@ export class Timeline {
     slider.addEventListener('pointerleave', () => { $('marks').hidden = true; });
     slider.addEventListener('click', (event) => {
       const mark = this.under(event);
-      if (mark && !slider.disabled) this.go(this.eventTime(mark.groups[0].newest));
+      if (mark && !slider.disabled) this.jump(this.eventTime(mark.groups[0].newest));
     });
     slider.addEventListener('keydown', (event) => {
       const step = {PageUp: 1, PageDown: -1}[event.key];
       if (!step || slider.disabled) return;
       event.preventDefault();
-      const now = this.at ?? this.newest, all = event.shiftKey ? this.bars.flatMap(({steps}) => steps.map(({begin}) => this.stepTime(begin))) : this.events.map((one) => this.eventTime(one));
+      const now = this.jumped?.at === this.at ? this.jumped.time : this.at ?? this.newest, all = event.shiftKey ? this.bars.flatMap(({steps}) => steps.map(({begin}) => this.stepTime(begin))) : this.events.map((one) => this.eventTime(one));
       const times = all.filter((time) => (step > 0 ? time > now + 1e-6 : time < now - 1e-6));
-      if (times.length) this.go(step > 0 ? Math.min(...times) : Math.max(...times));
-      else if (step > 0) this.go(null);
+      if (times.length) this.jump(step > 0 ? Math.min(...times) : Math.max(...times));
+      else if (step > 0) this.jump(null);
     });
     const {canvas} = this;
     canvas.addEventListener('pointermove', (event) => this.hoverBar(event));
     canvas.addEventListener('pointerleave', () => { $('marks').hidden = true; });
-    canvas.addEventListener('click', (event) => { const bar = this.barUnder(event); if (bar && !slider.disabled) this.go(this.stepTime(bar.step.begin)); });
+    canvas.addEventListener('click', (event) => { const bar = this.barUnder(event); if (bar && !slider.disabled) this.jump(this.stepTime(bar.step.begin)); });
     new ResizeObserver(() => this.touch()).observe($('timeline'));
   }
 
@@ -44,6 +44,7 @@ export class Timeline {
     const newest = to;
     from = Math.max(Math.min(from, newest - LEAST_S), 0);
     to = Math.max(to, from + LEAST_S);
+    if (at !== this.at) Object.assign(this, {jumped: at === null || this.pending === null ? null : {time: this.pending, at}, pending: null});
     if (from === this.from && newest === this.newest && to === this.to && at === this.at && recording === this.recording) return;
     Object.assign(this, {from, to, newest, at, recording, dirty: true});
   }
@@ -54,9 +55,15 @@ export class Timeline {
     $('timeline').style.height = bars.length ? `${LANE_PX + ROW_PX * Math.min(bars.length, MOST_ROWS)}px` : '';
   }
 
+  // What is shown is the newest instant at a time, which may lie ahead of it: the next key goes on from the time itself.
+  jump(time) {
+    Object.assign(this, {jumped: time === null ? null : {time, at: this.at}, pending: time});
+    this.go(time);
+  }
+
   slid(part) {
     const time = this.from + part * (this.to - this.from);
-    this.go(!this.recording && (part > 0.999 || time >= this.newest) ? null : time);
+    this.jump(!this.recording && (part > 0.999 || time >= this.newest) ? null : time);
   }
 
   // Both ends of the slider's way are half a handle inside.
