@@ -82,6 +82,7 @@ stage('history');
 // effort, so that the witness may lack one of several times.
 const plain = () => ask(() => JSON.parse(JSON.stringify(takt.lower.state, (key, value) => (typeof value === 'bigint' ? Number(value) : ArrayBuffer.isView(value) ? [...value] : value))));
 const instants = [];
+await until(() => takt.lower.past.states.frames.length >= 30);  // three places of the slider are three instants
 for (const part of [0.4, 0.6, 0.5]) {
   const last = instants.at(-1)?.shown.step ?? null;
   await slide(page, part);
