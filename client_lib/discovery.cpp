@@ -78,7 +78,7 @@ std::map<std::string, int> cells_of(const std::vector<std::string>& participants
   return cells;
 }
 
-/// At least one cell was found, and each server that is there has announced its cell and sent its status.
+/// A cell was found. Each expected server has announced its cell, and each announced cell has sent its status.
 bool all_answered(const std::map<std::string, std::optional<Status>>& found,
                   const std::map<std::string, int>& announced, const std::map<std::string, int>& expected) {
   const auto answered = [&](const std::string& cell) {

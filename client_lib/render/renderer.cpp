@@ -58,11 +58,10 @@ void for_each_pixel(const std::array<ScreenPoint, 3>& t, int width, int height, 
     double from = std::numeric_limits<double>::infinity(), to = -from;
     for (std::size_t k = 0; k < 3; ++k) {
       const ScreenPoint &a = t[k], &b = t[(k + 1) % 3];
-      if ((a.y < py && b.y < py) || (a.y > py && b.y > py)) continue;
-      const double along = a.y == b.y ? 0.0 : (py - a.y) / (b.y - a.y);
-      const double crossing = a.x + along * (b.x - a.x);
-      from = std::min({from, crossing, a.y == b.y ? b.x : crossing});
-      to = std::max({to, crossing, a.y == b.y ? b.x : crossing});
+      // The ends of a level edge are on the other two.
+      if (a.y == b.y || (a.y < py && b.y < py) || (a.y > py && b.y > py)) continue;
+      const double crossing = a.x + (py - a.y) / (b.y - a.y) * (b.x - a.x);
+      from = std::min(from, crossing), to = std::max(to, crossing);
     }
     if (!(from <= to)) continue;
     const int first = std::max(x0, static_cast<int>(std::floor(std::max(from - 1.0, 0.0))));

@@ -54,11 +54,6 @@ double common_area(const std::array<Vec2, 3>& a, const std::array<Vec2, 3>& b, V
   return area;
 }
 
-bool coaxial(const Face& a, const Face& b, double apart_m) {
-  return a.axis_B.cross(b.axis_B).norm() < kParallel &&
-         (b.point_B - a.point_B).cross(a.axis_B).norm() <= apart_m;
-}
-
 /// Nominal diameters and pitches of ISO 261, coarse series (mm).
 constexpr std::array<std::pair<double, double>, 19> kSeries{{{2, 0.4},
                                                              {2.5, 0.45},
@@ -325,19 +320,19 @@ class Finder {
     if (a.face.concave == b.face.concave) return std::nullopt;
     const bool fasteners = fastener_[i] || fastener_[j];
     constexpr double kRounding_m = 5e-8;
-    double clearance = a.face.concave ? a.face.radius_m - b.face.radius_m : b.face.radius_m - a.face.radius_m;
+    const auto [shaft, hole] = a.face.concave ? std::pair(b.face.radius_m, a.face.radius_m)
+                                              : std::pair(a.face.radius_m, b.face.radius_m);
+    double clearance = hole - shaft;
     if (std::abs(clearance) < kRounding_m) clearance = 0.0;
-    const double radius = std::max(a.face.radius_m, b.face.radius_m);
+    const double radius = std::max(shaft, hole);
     const bool fits =
         clearance <= tolerances_.largest_clearance_m && clearance >= -tolerances_.largest_interference_m;
-    const double pitch =
-        1e-3 * nearest_thread(2.0 * (a.face.concave ? b.face.radius_m : a.face.radius_m)).second;
-    const double hole = a.face.concave ? a.face.radius_m : b.face.radius_m;
+    const double pitch = 1e-3 * nearest_thread(2.0 * shaft).second;
     const bool cosmetic = (fasteners && is_cosmetic_thread(i, j, clearance, radius, pitch)) ||
-                          is_tapped(2.0 * (hole - clearance), 2.0 * hole, pitch);
+                          is_tapped(2.0 * shaft, 2.0 * hole, pitch);
     if (!fits && !cosmetic) return std::nullopt;
     if (!coaxial(a.face, b.face, std::max(std::abs(clearance), 1e-5) + 1e-5)) return std::nullopt;
-    auto contact = around(a, b, std::min(a.face.radius_m, b.face.radius_m), a.face.concave ? -1.0 : 1.0);
+    auto contact = around(a, b, std::min(shaft, hole), a.face.concave ? -1.0 : 1.0);
     if (!contact) return std::nullopt;
     contact->kind = cosmetic ? ContactKind::thread : ContactKind::cylinder_fit;
     contact->clearance_m = clearance;

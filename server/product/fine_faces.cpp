@@ -4,12 +4,13 @@
 #include <cmath>
 #include <numbers>
 
+#include "server/product/geometry.h"
+
 namespace takt::product {
 
 namespace {
 
-constexpr double kParallel = 1e-4;  ///< of the sine between two axes
-constexpr double kSame_m = 2e-5;    ///< axes and radii within this distance belong together
+constexpr double kSame_m = 2e-5;  ///< axes and radii within this distance belong together
 
 bool is_round(const Face& face) {
   return face.kind == SurfaceKind::cylinder || face.kind == SurfaceKind::cone;
@@ -29,15 +30,12 @@ std::vector<double> radii_of(const Body& body) {
   return radii;
 }
 
-/// Do faces with these poses make this contact?
-bool make(const Contact& contact, const Face& a, const Pose& X_WA, const Face& b, const Pose& X_WB) {
+/// Do these faces, both in the world, make this contact?
+bool make(const Contact& contact, const Face& a, const Face& b) {
   if (a.kind != b.kind || a.concave == b.concave) return false;
   const bool fit = contact.kind == ContactKind::cylinder_fit;
   if (a.kind != (fit ? SurfaceKind::cylinder : SurfaceKind::cone)) return false;
-  const Vec3 axis_W = X_WA.R * a.axis_B;
-  if (axis_W.cross(X_WB.R * b.axis_B).norm() > kParallel ||
-      (X_WB * b.point_B - X_WA * a.point_B).cross(axis_W).norm() > std::abs(contact.clearance_m) + kSame_m)
-    return false;
+  if (!coaxial(a, b, std::abs(contact.clearance_m) + kSame_m)) return false;
   const double clearance = (a.concave ? 1.0 : -1.0) * (a.radius_m - b.radius_m);
   return !fit || std::abs(clearance - contact.clearance_m) < kSame_m;
 }
@@ -58,8 +56,9 @@ std::vector<std::vector<double>> face_deflections(const Product& product) {
                &second_faces = product.bodies[second.body].faces;
     for (std::size_t a = 0; a < first_faces.size(); ++a) {
       if (!is_round(first_faces[a])) continue;
+      const Face face = placed(first_faces[a], first.X_WB);
       for (std::size_t b = 0; b < second_faces.size(); ++b) {
-        if (!make(contact, first_faces[a], first.X_WB, second_faces[b], second.X_WB)) continue;
+        if (!make(contact, face, placed(second_faces[b], second.X_WB))) continue;
         const double radius = std::max(radii[first.body][a], radii[second.body][b]);
         const double deflection_m = std::max(kShare * std::max(std::abs(contact.clearance_m), kLeastGap_m),
                                              radius * (1.0 - std::cos(std::numbers::pi / kMostFacets)));

@@ -15,6 +15,17 @@ void clip(Polygon& polygon, const Vec3& n, double offset) {
   polygon = std::move(result);
 }
 
+Face placed(Face face, const Pose& X_WB) {
+  face.point_B = X_WB * face.point_B;
+  face.axis_B = X_WB.R * face.axis_B;
+  return face;
+}
+
+bool coaxial(const Face& a, const Face& b, double apart_m) {
+  constexpr double kSame = 1e-4;  // of the sine between two directions
+  return a.axis_B.cross(b.axis_B).norm() < kSame && (b.point_B - a.point_B).cross(a.axis_B).norm() <= apart_m;
+}
+
 std::vector<PlacedInstance> place(const Product& product) {
   std::vector<PlacedInstance> placed;
   for (const Instance& instance : product.instances) {
@@ -22,11 +33,8 @@ std::vector<PlacedInstance> place(const Product& product) {
     PlacedInstance result;
     result.mass_kg = body.material.density_kg_m3 * body.exact.volume;
     std::vector<PlacedFace> faces(body.faces.size());
-    for (std::size_t f = 0; f < faces.size(); ++f) {
-      faces[f].face = body.faces[f];
-      faces[f].face.point_B = instance.X_WB * body.faces[f].point_B;
-      faces[f].face.axis_B = instance.X_WB.R * body.faces[f].axis_B;
-    }
+    for (std::size_t f = 0; f < faces.size(); ++f)
+      faces[f].face = product::placed(body.faces[f], instance.X_WB);
     std::vector<Vec3> vertices;
     BoxBuilder box;
     for (const Vec3& vertex : body.mesh.vertices) {

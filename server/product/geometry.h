@@ -19,6 +19,11 @@ using Polygon = std::vector<Vec3>;
 /// Keeps the part of a convex polygon with n . p <= offset.
 void clip(Polygon& polygon, const Vec3& n, double offset);
 
+/// The face in the frame that the pose is in.
+Face placed(Face face, const Pose& X_WB);
+/// Two faces around one axis, whose axes are at most so far apart; both in one frame.
+bool coaxial(const Face& a, const Face& b, double apart_m);
+
 /// A face where its instance is.
 struct PlacedFace {
   Face face;  ///< axis and point in the world

@@ -62,23 +62,6 @@ struct Range {
   void add(double x) { from = std::min(from, x), to = std::max(to, x); }
 };
 
-Range range_along(const PlacedInstance& instance, const Vec3& d);
-
-/// Of the whole instance (m^2).
-double shadow_area(const PlacedInstance& instance, const Vec3& d) {
-  Grid g;
-  g.d = d, g.x = d.unitOrthogonal(), g.y = d.cross(g.x);
-  const Range x = range_along(instance, g.x), y = range_along(instance, g.y);
-  g.x0 = x.from, g.y0 = y.from;
-  g.cell = std::max(x.to - x.from, y.to - y.from) / Removal::kGrid;
-  g.width = static_cast<int>(std::ceil((x.to - x.from) / g.cell)) + 1;
-  g.height = static_cast<int>(std::ceil((y.to - y.from) / g.cell)) + 1;
-  const HeightMap map = rasterise(instance, g);
-  const auto covered =
-      std::count_if(map.lowest.begin(), map.lowest.end(), [](float h) { return std::isfinite(h); });
-  return static_cast<double>(covered) * g.cell * g.cell;
-}
-
 Range range_along(const PlacedInstance& instance, const Vec3& d) {
   Range range;
   for (const Triangle& t : instance.triangles)
@@ -93,6 +76,18 @@ Grid window(Grid g, double x0, double x1, double y0, double y1, double least_cel
   g.width = std::max(3, static_cast<int>(std::ceil((x1 - x0) / g.cell)));
   g.height = std::max(3, static_cast<int>(std::ceil((y1 - y0) / g.cell)));
   return g;
+}
+
+/// Of the whole instance (m^2).
+double shadow_area(const PlacedInstance& instance, const Vec3& d) {
+  Grid g;
+  g.d = d, g.x = d.unitOrthogonal(), g.y = d.cross(g.x);
+  const Range x = range_along(instance, g.x), y = range_along(instance, g.y);
+  g = window(g, x.from, x.to, y.from, y.to);
+  const HeightMap map = rasterise(instance, g);
+  const auto covered =
+      std::count_if(map.lowest.begin(), map.lowest.end(), [](float h) { return std::isfinite(h); });
+  return static_cast<double>(covered) * g.cell * g.cell;
 }
 
 /// Around the axis of a joint, across the direction: what its surfaces overlap.
@@ -269,7 +264,8 @@ Removal::Shadow Removal::shadow(std::size_t a, const Vec3& d, std::size_t b) con
   const double y0 = std::max(ay.from, by.from), y1 = std::min(ay.to, by.to);
   if (x1 - x0 < kLeastShadow_m || y1 - y0 < kLeastShadow_m) return {};
   const double facets_m = deflection(a) + deflection(b);
-  const Overlap whole(A, B, window(g, x0, x1, y0, y1), rings(joints(a, b, d), g, facets_m));
+  const std::vector<Ring> joined = rings(joints(a, b, d), g, facets_m);
+  const Overlap whole(A, B, window(g, x0, x1, y0, y1), joined);
   Shadow result{whole.area_m2(), whole.blocks()};
   // Narrow ones of small extent.
   constexpr std::size_t kGroups = 4;
@@ -280,7 +276,7 @@ Removal::Shadow Removal::shadow(std::size_t a, const Vec3& d, std::size_t b) con
     const double extent = std::max(group.x1 - group.x0, group.y1 - group.y0);
     if (result.blocks || extent > kSmall * std::max(x1 - x0, y1 - y0)) continue;
     const Grid closer = window(g, group.x0, group.x1, group.y0, group.y1, finest_m);
-    result.blocks = Overlap(A, B, closer, rings(joints(a, b, d), g, facets_m)).blocks();
+    result.blocks = Overlap(A, B, closer, joined).blocks();
   }
   return result;
 }

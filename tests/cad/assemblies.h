@@ -12,13 +12,6 @@
 
 namespace takt::test {
 
-inline TopoDS_Shape rod(const gp_Pnt& from, const gp_Dir& along, double radius, double length) {
-  return BRepPrimAPI_MakeCylinder(gp_Ax2(from, along), radius, length).Shape();
-}
-/// Along z.
-inline TopoDS_Shape upright(double radius, double x, double y, double from, double to) {
-  return rod(gp_Pnt(x, y, from), gp_Dir(0, 0, 1), radius, to - from);
-}
 inline TopoDS_Shape block(double x, double y, double z, double dx, double dy, double dz) {
   return BRepPrimAPI_MakeBox(gp_Pnt(x, y, z), dx, dy, dz).Shape();
 }

@@ -23,6 +23,7 @@ namespace {
 using product::ContactKind;
 using test::cylinder;
 using test::moved_by;
+using test::upright;
 
 constexpr double kPitch_mm = 1.5;
 
@@ -44,10 +45,6 @@ TopoDS_Shape ridge(double base, double tip, double z, bool left_handed) {
   pipe.Build();
   pipe.MakeSolid();
   return pipe.Shape();
-}
-
-TopoDS_Shape between(double radius, double from, double to) {
-  return BRepPrimAPI_MakeCylinder(gp_Ax2(gp_Pnt(0, 0, from), gp_Dir(0, 0, 1)), radius, to - from).Shape();
 }
 
 /// How far facets between two points on a cylinder along z around (x, 0) leave it, of triangles with all corners on it (mm).
@@ -81,8 +78,8 @@ TEST_P(Fits, PressedLooseSnappedAndScrewedJointsAreRecognised) {
   for (const auto& [x, radius] : {std::pair{-35.0, 8.0}, {-10.0, 8.0}, {15.0, 4.0}})
     plate = BRepAlgoAPI_Cut(plate, cylinder(radius, 10).Moved(TopLoc_Location(moved_by(x, 0, 0)))).Shape();
   const TopoDS_Shape clip =
-      BRepAlgoAPI_Fuse(BRepAlgoAPI_Fuse(between(3.98, 0, 10), between(4.3, -2, 0)).Shape(),
-                       between(7, 10, 13))
+      BRepAlgoAPI_Fuse(BRepAlgoAPI_Fuse(upright(3.98, 0, 0, 0, 10), upright(4.3, 0, 0, -2, 0)).Shape(),
+                       upright(7, 0, 0, 10, 13))
           .Shape();
   made.use(made.root(), made.part("Plate", plate), "Plate");
   made.use(made.root(), made.part("Pressed", cylinder(8.012, 14)), "Pressed", moved_by(-35, 0, 0));

@@ -103,6 +103,14 @@ inline TopoDS_Shape cylinder(double radius, double height) {
   return BRepPrimAPI_MakeCylinder(radius, height).Shape();
 }
 
+inline TopoDS_Shape rod(const gp_Pnt& from, const gp_Dir& along, double radius, double length) {
+  return BRepPrimAPI_MakeCylinder(gp_Ax2(from, along), radius, length).Shape();
+}
+/// A cylinder along z.
+inline TopoDS_Shape upright(double radius, double x, double y, double from, double to) {
+  return rod(gp_Pnt(x, y, from), gp_Dir(0, 0, 1), radius, to - from);
+}
+
 inline gp_Trsf moved_by(double x, double y, double z) {
   gp_Trsf X;
   X.SetTranslation(gp_Vec(x, y, z));

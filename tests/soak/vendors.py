@@ -275,14 +275,19 @@ def run(bin_folder, config, level, courses, folder, factor):
         print("\n".join("  " + line.strip() for line in status.splitlines() if re.search("real-time|overrun|commands", line)))
         return check.returncode == 0
     finally:
-        subprocess.run([*takt, "quit"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        for child in reversed(children):
-            try:
-                child.wait(timeout=20)
-            except subprocess.TimeoutExpired:
-                child.kill()
+        end(takt, children)
         for log in logs.values():
             log.close()
+
+
+def end(takt, children):
+    """Ends the server, and the others with it."""
+    subprocess.run([*takt, "quit"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    for child in reversed(children):
+        try:
+            child.wait(timeout=20)
+        except subprocess.TimeoutExpired:
+            child.kill()
 
 
 def run_in_lockstep(bin_folder, config, level, courses, folder):
@@ -318,12 +323,7 @@ def run_in_lockstep(bin_folder, config, level, courses, folder):
         print("\n".join("  " + line for line in check.stdout.splitlines()[-6:]), flush=True)
         return ends[0][2] if good else None
     finally:
-        subprocess.run([*takt, "quit"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        for child in reversed(children):
-            try:
-                child.wait(timeout=20)
-            except subprocess.TimeoutExpired:
-                child.kill()
+        end(takt, children)
 
 
 def wait_for_text(log, text, process):

@@ -125,8 +125,6 @@ class Connections {
   /// Pure stage; see ComponentInteraction::evaluate(). `kept`: takes the wrenches of connections at rest from there.
   void evaluate(const CellMotion& motion, std::span<const int> parts, std::span<Wrench> wrenches,
                 KeptWrenches* kept = nullptr) const;
-  /// Differs after each change of a connection.
-  std::uint64_t version() const { return version_; }
   /// Appends how the wrenches of these Parts' connections change with the motion. Weights that pass through
   /// are constant.
   void linearise(const CellMotion& motion, std::span<const int> parts,
@@ -187,7 +185,7 @@ class Connections {
   PartnerSearch partner_search_;
   SupportTree tree_;
   std::uint64_t partner_searches_ = 0;
-  std::uint64_t version_ = 1;
+  std::uint64_t version_ = 1;  ///< differs after each change of a connection
 };
 
 }  // namespace takt
