@@ -27,6 +27,8 @@ const near = async (read, wanted, tolerance, what) => {
   }
 };
 const jog = (label) => page.locator(`#selection button[aria-label="${label}"]`);
+// A step goes from where the page shows the robot: on a busy machine that is later than on DDS.
+const rested = (label) => until((wanted) => document.querySelector(`#selection button[aria-label="${wanted}"]`)?.ariaBusy !== 'true', label);
 const enabled = (label) => until((wanted) => document.querySelector(`#selection button[aria-label="${wanted}"]`)?.disabled === false, label);
 
 stage('joints');
@@ -44,6 +46,8 @@ await ask(() => {
 });
 await jog(`${names[0]} forth`).click();
 await near(joints, start0.map((q, i) => q + (i === 0 ? 5 * Math.PI / 180 : 0)), 1e-4, 'a step of 5 degrees by mouse');
+await rested(`${names[0]} forth`);
+await until(([label, wanted]) => Math.abs(document.querySelector(`#selection input[aria-label="${label}"]`).value - wanted) < 0.0051, [`${names[0]} in degrees`, start0[0] * 180 / Math.PI + 5]);
 await until(() => [...window.senders].some((sender) => sender.startsWith('pendant-')));
 assert.ok((await page.locator('#selection table').first().textContent()).includes('commanded by'));
 await page.selectOption('#selection select[aria-label="step of a turning joint"]', '1');
@@ -62,9 +66,11 @@ const palm = await ask(() => takt.last.description.components[takt.last.descript
 const before = position(palm);
 await jog('z+: along z').click();
 await near(() => position(palm), [before[0], before[1], before[2] + 0.01], 1e-5, '10 mm up on a straight line');
+await rested('z+: along z');
 await page.selectOption('#selection select[aria-label="axes of"]', 'base');
 await jog('z−: along z').press('Space');
 await near(() => position(palm), before, 1e-5, '10 mm down by key');
+await rested('z−: along z');
 // While it is held down it goes on, and it ends with the button.
 await page.selectOption('#selection select[aria-label="step"]', '1');
 const box = await jog('z+: along z').boundingBox();

@@ -20,13 +20,15 @@ function choice(label, options, value) {
   return select;
 }
 
-// A button that sends a step, and another one each time the robot stands, while it is held down.
+// A button that sends a step, and another one each time the robot stands, while it is held down. It is busy until the page
+// shows the robot at rest.
 function stepper(inspector, text, label, free, step) {
   const made = make('button', text, {class: 'jog', 'aria-label': label});
   let held = false, busy = false;
   const go = async () => {
     if (busy) return;
     busy = true;
+    made.ariaBusy = 'true';
     try {
       do {
         const {values} = await step();
@@ -34,6 +36,7 @@ function stepper(inspector, text, label, free, step) {
       } while (held && !made.disabled);
     } catch { /* its sentence was shown */ }
     busy = false;
+    made.ariaBusy = 'false';
   };
   made.addEventListener('pointerdown', (event) => { if (event.button === 0) { held = true; go(); } });
   for (const end of ['pointerup', 'pointerleave', 'pointercancel', 'blur']) made.addEventListener(end, () => { held = false; });
