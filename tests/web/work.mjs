@@ -170,9 +170,9 @@ await page.fill('#scenario-file', 'gear_on_shaft.yaml');
 await page.click('#load');
 await until(() => takt.last.description.scenario === 'gear_on_shaft');
 assert.equal(takt('status').state, 'stopped');
-const generation = await ask(() => String(takt.last.state.scenario_generation));
+const loaded = await ask(() => String(takt.last.state.scenario_generation));
 await page.click('#reload');
-await until((before) => String(takt.last.state.scenario_generation) !== before && document.querySelector('#scenario-now').textContent === 'gear_on_shaft', generation);
+await until((before) => String(takt.last.state.scenario_generation) !== before && document.querySelector('#scenario-now').textContent === 'gear_on_shaft', loaded);
 // A Part of a mesh file: the folder offers its files, and the Part comes to where the camera looks.
 mkdirSync('config/scenarios/parts');
 cpSync('config/meshes/C.obj', 'config/scenarios/parts/C.obj');
