@@ -27,6 +27,8 @@ class RosServices::Service {
   Service& operator=(const Service&) = delete;
 
   bool reaches(const RosEndpoint::Caller& caller) { return endpoint_->reaches(caller); }
+  /// The reply describes the newest instant.
+  virtual bool needs_instant() const { return false; }
   void write(const Call& call, const ControlReply& reply, const ros::Instant& now) {
     endpoint_->write(call.caller, encoded(call, reply, now));
   }
@@ -100,6 +102,7 @@ class RosServices::InstantService final : public RosServices::Service {
       : Service(services) {
     listen(participant, name, message_info<RequestType>(), message_info<ResponseType>());
   }
+  bool needs_instant() const override { return true; }
 
  private:
   std::optional<ros::Question> question(std::span<const std::uint8_t>) const override { return std::nullopt; }
@@ -257,7 +260,7 @@ bool RosServices::replies_wait() {
   return !waiting_.empty();
 }
 
-void RosServices::write_replies(std::span<const ControlReply> replies, const ros::Instant& present) {
+void RosServices::write_replies(std::span<const ControlReply> replies, const ros::Instant* present) {
   const std::int64_t now = monotonic_now_ns();
   std::vector<Waiting> due;
   {
@@ -276,8 +279,10 @@ void RosServices::write_replies(std::span<const ControlReply> replies, const ros
     }
     std::vector<Waiting> later;
     for (Waiting& waiting : waiting_) {
-      const bool now_or_never =
-          waiting.call.service->reaches(waiting.call.caller) || now - waiting.since_ns > kLongestWait_ns;
+      Service& service = *waiting.call.service;
+      const bool can_answer =
+          service.reaches(waiting.call.caller) && (present != nullptr || !service.needs_instant());
+      const bool now_or_never = can_answer || now - waiting.since_ns > kLongestWait_ns;
       (now_or_never ? due : later).push_back(std::move(waiting));
     }
     waiting_ = std::move(later);
@@ -285,7 +290,7 @@ void RosServices::write_replies(std::span<const ControlReply> replies, const ros
       waiting_.erase(waiting_.begin(), waiting_.end() - static_cast<std::ptrdiff_t>(kRemembered));
   }
   if (due.empty()) return;
-  ros::Instant instant = present;
+  ros::Instant instant = present != nullptr ? *present : ros::Instant{};
   instant.infos = host_.entity_infos();
   if (!instant.infos) instant.infos = std::make_shared<const EntityInfos>();
   for (Waiting& waiting : due)

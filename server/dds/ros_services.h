@@ -37,9 +37,10 @@ class RosServices {
   void submit_following();
   /// Publishing thread: writes the replies of the services, and those that wait for the discovery of their
   /// caller's reader.
-  /// `now` answers what is no request of takt.
-  void write_replies(std::span<const ControlReply> replies, const ros::Instant& now);
-  /// Replies wait for their caller's reader.
+  /// `now` answers what is no request of takt; nullptr while a cell that was opened has no instant yet: what
+  /// needs one waits.
+  void write_replies(std::span<const ControlReply> replies, const ros::Instant* now);
+  /// Replies wait for their caller's reader or for the first instant of a cell.
   bool replies_wait();
 
  private:

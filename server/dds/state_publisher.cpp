@@ -156,8 +156,8 @@ void StatePublisher::write_news(bool with_status) {
   const std::vector<ControlReply> replies = host_.outbound().take_replies();
   control_.write_replies(replies);
   const Snapshot* newest = publisher_ ? publisher_->newest() : nullptr;
-  services_.write_replies(replies,
-                          newest != nullptr ? ros::Instant{&publisher_->cell(), newest} : ros::Instant{});
+  const ros::Instant now = newest != nullptr ? ros::Instant{&publisher_->cell(), newest} : ros::Instant{};
+  services_.write_replies(replies, publisher_ && newest == nullptr ? nullptr : &now);
   actions_.take_replies(replies);
 }
 
