@@ -109,11 +109,9 @@ assert.equal(lines.find(({topic}) => topic.endsWith('/Robot2/program')).sample.t
 // The controller may begin a step at the instant of the pause, after the page was looked at: the page comes to the same.
 await page.locator('#cell').focus();
 await page.keyboard.press('p');
-for (const {robot} of calls) {
-  const {steps} = witness[robot], now = steps.filter(({begin, end: to}) => begin <= end && (to < 0 || to > end)), names = now.map(({name}) => name);
-  await until((wanted) => document.querySelector('#program-answer').textContent.includes(wanted), `${robot}: ${names.join(' › ')}`);
-  assert.ok((await lineOf(now.at(-1).line)).includes(names.at(-1)));
-}
+const witnessed = Object.entries(witness).map(([robot, {steps}]) => ({robot, steps: steps.filter(({begin, end: to}) => begin <= end && (to < 0 || to > end))})).filter(({steps}) => steps.length);
+await until((wanted) => document.querySelector('#program-answer').textContent === wanted, witnessed.map(({robot, steps}) => `${robot}: ${steps.map(({name}) => name).join(' › ')}`).join(', '));
+for (const {steps} of witnessed) assert.ok((await lineOf(steps.at(-1).line)).includes(steps.at(-1).name));
 // A reset ends them.
 await stop(controller);
 await page.click('#reset');

@@ -27,8 +27,12 @@ const near = async (read, wanted, tolerance, what) => {
   }
 };
 const jog = (label) => page.locator(`#selection button[aria-label="${label}"]`);
-// A step goes from where the page shows the robot: on a busy machine that is later than on DDS.
-const rested = (label) => until((wanted) => document.querySelector(`#selection button[aria-label="${wanted}"]`)?.ariaBusy !== 'true', label);
+// Until the page has another scenario, or the same anew, than before this was done.
+const reloaded = async (done) => {
+  const generation = await ask(() => takt.last.description.scenario_generation);
+  await done();
+  await until((before) => takt.last.description.scenario_generation > before, generation);
+};
 const enabled = (label) => until((wanted) => document.querySelector(`#selection button[aria-label="${wanted}"]`)?.disabled === false, label);
 
 stage('joints');
@@ -46,7 +50,7 @@ await ask(() => {
 });
 await jog(`${names[0]} forth`).click();
 await near(joints, start0.map((q, i) => q + (i === 0 ? 5 * Math.PI / 180 : 0)), 1e-4, 'a step of 5 degrees by mouse');
-await rested(`${names[0]} forth`);
+// The next step goes from where the page shows the robot: on a busy machine it is there later than on DDS.
 await until(([label, wanted]) => Math.abs(document.querySelector(`#selection input[aria-label="${label}"]`).value - wanted) < 0.0051, [`${names[0]} in degrees`, start0[0] * 180 / Math.PI + 5]);
 await until(() => [...window.senders].some((sender) => sender.startsWith('pendant-')));
 assert.ok((await page.locator('#selection table').first().textContent()).includes('commanded by'));
@@ -66,12 +70,11 @@ const palm = await ask(() => takt.last.description.components[takt.last.descript
 const before = position(palm);
 await jog('z+: along z').click();
 await near(() => position(palm), [before[0], before[1], before[2] + 0.01], 1e-5, '10 mm up on a straight line');
-await rested('z+: along z');
 await page.selectOption('#selection select[aria-label="axes of"]', 'base');
 await jog('z−: along z').press('Space');
 await near(() => position(palm), before, 1e-5, '10 mm down by key');
-await rested('z−: along z');
-// While it is held down it goes on, and it ends with the button.
+// While it is held down it goes on, and it ends with the button. A button that is busy with its last step takes no other.
+await until(() => document.querySelector('#selection button[aria-label="z+: along z"]').ariaBusy !== 'true');
 await page.selectOption('#selection select[aria-label="step"]', '1');
 const box = await jog('z+: along z').boundingBox();
 await page.mouse.move(box.x + 5, box.y + 5);
@@ -170,9 +173,8 @@ await page.fill('#scenario-file', 'gear_on_shaft.yaml');
 await page.click('#load');
 await until(() => takt.last.description.scenario === 'gear_on_shaft');
 assert.equal(takt('status').state, 'stopped');
-const loaded = await ask(() => String(takt.last.state.scenario_generation));
-await page.click('#reload');
-await until((before) => String(takt.last.state.scenario_generation) !== before && document.querySelector('#scenario-now').textContent === 'gear_on_shaft', loaded);
+await reloaded(() => page.click('#reload'));
+await until(() => document.querySelector('#scenario-now').textContent === 'gear_on_shaft');
 // A Part of a mesh file: the folder offers its files, and the Part comes to where the camera looks.
 mkdirSync('config/scenarios/parts');
 cpSync('config/meshes/C.obj', 'config/scenarios/parts/C.obj');
@@ -227,9 +229,7 @@ await page.locator('.cm-tooltip-autocomplete li', {hasText: 'csv_period_s'}).cli
 await until(() => document.querySelector('#editor .cm-content').textContent.includes('csv_period_s: '));
 await page.keyboard.type('0.02');
 await until(() => document.querySelector('#editor-answer').textContent === 'valid');
-const generation = await ask(() => takt.last.description.scenario_generation);
-await page.keyboard.press('Control+Enter');
-await until((before) => takt.last.description.scenario_generation > before, generation);
+await reloaded(() => page.keyboard.press('Control+Enter'));
 assert.match(readFileSync('config/scenarios/gear_on_shaft.yaml', 'utf8'), /csv_period_s: 0\.02/);
 await page.click('#editor-close');
 assert.ok(await page.locator('#editor').isHidden());

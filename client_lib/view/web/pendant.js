@@ -24,10 +24,9 @@ function choice(label, options, value) {
 // shows the robot at rest.
 function stepper(inspector, text, label, free, step) {
   const made = make('button', text, {class: 'jog', 'aria-label': label});
-  let held = false, busy = false;
+  let held = false;
   const go = async () => {
-    if (busy) return;
-    busy = true;
+    if (made.ariaBusy === 'true') return;
     made.ariaBusy = 'true';
     try {
       do {
@@ -35,7 +34,6 @@ function stepper(inspector, text, label, free, step) {
         await inspector.after(values?.duration ?? 0);
       } while (held && !made.disabled);
     } catch { /* its sentence was shown */ }
-    busy = false;
     made.ariaBusy = 'false';
   };
   made.addEventListener('pointerdown', (event) => { if (event.button === 0) { held = true; go(); } });
