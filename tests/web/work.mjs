@@ -27,7 +27,7 @@ const near = async (read, wanted, tolerance, what) => {
   }
 };
 const jog = (label) => page.locator(`#selection button[aria-label="${label}"]`);
-// Until the page has another scenario, or the same anew, than before this was done.
+// Until the page has the scenario that this loads.
 const reloaded = async (done) => {
   const generation = await ask(() => takt.last.description.scenario_generation);
   await done();
