@@ -34,6 +34,11 @@ class Counter {
  public:
   void align(std::size_t size) { bytes_ += (size - bytes_ % size) % size; }
   void put(const void*, std::size_t size) { bytes_ += size; }
+  /// No memory is filled.
+  std::uint8_t* room(std::size_t size) {
+    bytes_ += size;
+    return nullptr;
+  }
   std::size_t bytes() const { return kEncapsulation_bytes + bytes_; }
   void fail() {}
 
@@ -56,6 +61,16 @@ class Writer {
     if (!ok_ || memory_.size() - at_ < size) return fail();
     if (size > 0) std::memcpy(memory_.data() + at_, bytes, size);
     at_ += size;
+  }
+  /// The next bytes, to be filled; nullptr if there are fewer.
+  std::uint8_t* room(std::size_t size) {
+    if (!ok_ || memory_.size() - at_ < size) {
+      fail();
+      return nullptr;
+    }
+    std::uint8_t* const to = memory_.data() + at_;
+    at_ += size;
+    return to;
   }
   void fail() { ok_ = false; }
   bool ok() const { return ok_; }
@@ -92,7 +107,7 @@ class Reader {
   template <Number Type>
   void numbers(Type* values, std::size_t count) {
     if (count == 0) return;
-    take((sizeof(Type) - at_ % sizeof(Type)) % sizeof(Type));
+    align(sizeof(Type));
     const std::uint8_t* from = count <= left() / sizeof(Type) ? take(count * sizeof(Type)) : nullptr;
     if (from == nullptr) return fail();
     std::memcpy(values, from, count * sizeof(Type));
@@ -119,8 +134,10 @@ class Reader {
     if (elements > left() / least_bytes) fail();
     return ok_ ? elements : 0;
   }
-
- private:
+  /// Whether numbers are in the byte order of this machine.
+  bool as_in_memory() const { return !swapped_; }
+  void align(std::size_t size) { take((size - at_ % size) % size); }
+  /// The next bytes; nullptr if there are fewer.
   const std::uint8_t* take(std::size_t size) {
     if (!ok_ || left() < size) {
       fail();
@@ -131,6 +148,7 @@ class Reader {
     return from;
   }
 
+ private:
   std::span<const std::uint8_t> bytes_;
   std::size_t at_ = 0;
   bool swapped_ = false, ok_ = true;
@@ -138,13 +156,69 @@ class Reader {
 
 namespace detail {
 
+// By FieldKind; of a text its length.
+inline constexpr std::size_t kKindBytes[] = {1, 1, 1, 2, 2, 4, 4, 8, 8, 4, 8, 4};
+
+/// Of messages of numbers alone. In a sequence each takes the same bytes, which are written and read without a look at
+/// the room for each number: a state of a thousand components has nineteen thousand of them.
+struct FixedLayout {
+  std::size_t bytes =
+      0;  ///< padding included; 0: texts, sequences, booleans, or elements that would not be alike
+  std::size_t alignment = 1;  ///< of the first number, which is the largest
+};
+
+template <Message Type>
+constexpr FixedLayout fixed_layout() {
+  FixedLayout layout;
+  bool is_fixed = true;
+  std::size_t largest = 1;
+  const auto add = [&](const auto& self, const MessageInfo& message) -> void {
+    for (const FieldInfo& field : message.fields) {
+      if (field.sequence || field.kind == FieldKind::string || field.kind == FieldKind::boolean) {
+        is_fixed = false;
+      } else if (field.kind == FieldKind::message) {
+        self(self, *field.message);
+      } else {
+        const std::size_t size = kKindBytes[static_cast<std::size_t>(field.kind)];
+        if (layout.bytes == 0) layout.alignment = size;
+        largest = std::max(largest, size);
+        layout.bytes += (size - layout.bytes % size) % size + size;
+      }
+    }
+  };
+  add(add, message_info<Type>());
+  if (!is_fixed || layout.alignment != largest || layout.bytes % largest != 0) return {};
+  return layout;
+}
+
+/// Writes `value` at to[at], where `at` counts from the beginning of its element, and moves on.
+template <typename Type>
+void store(std::uint8_t* to, std::size_t& at, const Type& value) {
+  if constexpr (Number<Type>) {
+    while (at % sizeof(Type) != 0) to[at++] = 0;
+    std::memcpy(to + at, &value, sizeof(Type));
+    at += sizeof(Type);
+  } else {
+    for_each_field(value, [&](const FieldInfo&, const auto& field) { store(to, at, field); });
+  }
+}
+template <typename Type>
+void load(const std::uint8_t* from, std::size_t& at, Type& value) {
+  if constexpr (Number<Type>) {
+    at += (sizeof(Type) - at % sizeof(Type)) % sizeof(Type);
+    std::memcpy(&value, from + at, sizeof(Type));
+    at += sizeof(Type);
+  } else {
+    for_each_field(value, [&](const FieldInfo&, auto& field) { load(from, at, field); });
+  }
+}
+
 /// Smallest size of a value in bytes, without padding.
 template <typename Type>
 constexpr std::size_t least_bytes() {
   if constexpr (Number<Type>) {
     return sizeof(Type);
   } else if constexpr (Message<Type>) {
-    constexpr std::size_t sizes[] = {1, 1, 1, 2, 2, 4, 4, 8, 8, 4, 8, 4};
     std::size_t sum = 0;
     const auto add = [&](const auto& self, const MessageInfo& message) -> void {
       for (const FieldInfo& field : message.fields) {
@@ -153,7 +227,7 @@ constexpr std::size_t least_bytes() {
         else if (field.kind == FieldKind::message)
           self(self, *field.message);
         else
-          sum += sizes[static_cast<std::size_t>(field.kind)];
+          sum += kKindBytes[static_cast<std::size_t>(field.kind)];
       }
     };
     add(add, message_info<Type>());
@@ -190,8 +264,44 @@ struct Values {
       if (values.empty()) return;
       sink.align(sizeof(Type));
       sink.put(values.data(), values.size() * sizeof(Type));
+    } else if constexpr (is_fixed<Type>()) {
+      put_fixed(sink, values);
     } else {
       for (const Type& value : values) put(sink, field, value);
+    }
+  }
+  template <typename Type>
+  static constexpr bool is_fixed() {
+    if constexpr (Message<Type>)
+      return fixed_layout<Type>().bytes > 0;
+    else
+      return false;
+  }
+  template <typename Sink, Message Type>
+  static void put_fixed(Sink& sink, const std::vector<Type>& values) {
+    constexpr FixedLayout layout = fixed_layout<Type>();
+    if (values.empty()) return;
+    sink.align(layout.alignment);
+    std::uint8_t* to = sink.room(values.size() * layout.bytes);
+    if (to == nullptr) return;
+    for (const Type& value : values) {
+      std::size_t at = 0;
+      store(to, at, value);
+      to += layout.bytes;
+    }
+  }
+  template <Message Type>
+  static void get_fixed(Reader& reader, std::vector<Type>& values) {
+    constexpr FixedLayout layout = fixed_layout<Type>();
+    if (values.empty()) return;
+    reader.align(layout.alignment);
+    const std::uint8_t* from =
+        values.size() <= reader.left() / layout.bytes ? reader.take(values.size() * layout.bytes) : nullptr;
+    if (from == nullptr) return reader.fail();
+    for (Type& value : values) {
+      std::size_t at = 0;
+      load(from, at, value);
+      from += layout.bytes;
     }
   }
 
@@ -222,10 +332,13 @@ struct Values {
     values.resize(count);
     if constexpr (Number<Type>) {
       reader.numbers(values.data(), count);
-    } else {
+      return;
+    }
+    if constexpr (is_fixed<Type>())
+      if (reader.as_in_memory()) return get_fixed(reader, values);
+    if constexpr (!Number<Type>)
       for (Type& value : values)
         if (reader.ok()) get(reader, field, value);
-    }
   }
 };
 

@@ -81,34 +81,56 @@ constexpr auto list_annotations() {
   return made;
 }
 
-/// Whether a message fits a description: each list has as many elements as its @order says, each @index is that of an
-/// element, or its default. `of`: what the message is of; indices are those of `cell`.
+/// The list of each @index of a message; nullptr where there is none.
 template <Message Type>
-bool fits(const Type& message, const Named& of, const Named& cell) {
+auto index_lists(const Named& cell) {
+  static constexpr auto kAnnotations = list_annotations<Type>();
+  std::array<const std::vector<Named>*, kAnnotations.size()> found{};
+  for (std::size_t i = 0; i < found.size(); ++i)
+    if (!kAnnotations[i].index.empty()) found[i] = cell.find(kAnnotations[i].index);
+  return found;
+}
+
+template <Message Type>
+bool fits(const Type& message, const Named& of, const Named& cell);
+
+/// The same, with index_lists(): they are found once for all elements of a list.
+template <Message Type, typename Lists>
+bool fits(const Type& message, const Named& of, const Named& cell, [[maybe_unused]] const Lists& indexed) {
   [[maybe_unused]] static constexpr auto kAnnotations = list_annotations<Type>();
   bool good = true;
   std::size_t number = 0;
   for_each_field(message, [&](const FieldInfo&, const auto& value) {
     using Member = std::decay_t<decltype(value)>;
+    [[maybe_unused]] const auto* const list = indexed[number];
     [[maybe_unused]] const ListAnnotations& field = kAnnotations[number++];
     if (!good) return;
     if constexpr (std::is_integral_v<Member>) {
       if (!field.index.empty())
         good = (field.may_be_none && value == static_cast<Member>(-1)) ||
-               cell.name_of(field.index, static_cast<std::int64_t>(value)) != nullptr;
+               (list != nullptr && static_cast<std::uint64_t>(value) < list->size());
     } else if constexpr (kIsList<Member>) {
       const auto* order = order_of(field.order, of);
       if (!field.order.empty() && !(value.empty() && field.may_be_empty))
         good = value.size() == (order == nullptr ? 0 : order->size());
-      if constexpr (kIsMessageList<Member>)
+      if constexpr (kIsMessageList<Member>) {
+        const auto of_elements = index_lists<typename Member::value_type>(cell);
         for (std::size_t i = 0; i < value.size() && good; ++i)
-          good = fits(value[i], order == nullptr ? of : (*order)[i], cell);
+          good = fits(value[i], order == nullptr ? of : (*order)[i], cell, of_elements);
+      }
     } else if constexpr (Message<Member>) {
       if constexpr (!has_annotation(message_info<Member>().annotations, "quantity"))
         good = fits(value, of, cell);
     }
   });
   return good;
+}
+
+/// Whether a message fits a description: each list has as many elements as its @order says, each @index is that of an
+/// element, or its default. `of`: what the message is of; indices are those of `cell`.
+template <Message Type>
+bool fits(const Type& message, const Named& of, const Named& cell) {
+  return fits(message, of, cell, index_lists<Type>(cell));
 }
 
 }  // namespace takt

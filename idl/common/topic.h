@@ -29,7 +29,7 @@ struct QosPolicy {
   bool reliable = true;
   bool latched = false;  ///< transient local
   int depth = 1;
-  bool large = false;      ///< sent in fragments, by a thread of DDS
+  bool large = false;      ///< megabytes, which a thread of DDS sends, so that the writing one goes on
   bool exclusive = false;  ///< ownership: of several writers the strongest is heard
   double lease_s = 0.0;    ///< a writer without a sign of life for so long is passed over; 0: never
   /// Wall time between heartbeats of a writer, while a sample is unacknowledged. 0: one with each sample too, so that

@@ -36,28 +36,24 @@ CellPublisher::~CellPublisher() {
 }
 
 void CellPublisher::make_writers(const TopicNames& names) {
-  const auto output = [&](const auto& topic, std::size_t sample_bytes = 0, std::string_view element = {}) {
+  const auto output = [&](const auto& topic, std::string_view element = {}) {
     ReaderCount& readers = counts_.emplace_back([shared = loop_.output().outbound](int change) {
       shared->instant_readers.change(change);
       shared->news.post();
     });
-    return Output{participant_.create_writer(topic, names.of(topic, element), sample_bytes, &readers),
-                  &readers};
+    return Output{participant_.create_writer(topic, names.of(topic, element), &readers), &readers};
   };
-  instant_.for_each([&](const auto& topic, const auto& message, bool) {
-    instants_.push_back(output(topic, cdr::size(message)));
-  });
-  if (loop_.output().contact_capacity > 0)
-    pressures_ = output(topics::contact_pressures, kLargestUnfragmented_bytes + 1);
+  instant_.for_each([&](const auto& topic, const auto&, bool) { instants_.push_back(output(topic)); });
+  if (loop_.output().contact_capacity > 0) pressures_ = output(topics::contact_pressures);
   clock_ = output(topics::clock);
   tf_ = output(topics::tf);
   tf_static_writer_ = participant_.create_writer(topics::tf_static, names.of(topics::tf_static));
   for (std::size_t device = 0; device < cell().devices.size(); ++device) {
     if (!has_wrench(cell().devices[device])) continue;
-    wrenches_.push_back({device, output(topics::wrench, 0, cell().devices[device].name), {}});
+    wrenches_.push_back({device, output(topics::wrench, cell().devices[device].name), {}});
   }
   for (const RobotDescription& robot : cell().robots) {
-    joints_.push_back(output(topics::joint_states, 0, robot.name));
+    joints_.push_back(output(topics::joint_states, robot.name));
     joint_messages_.push_back(make_joint_states_message(robot));
     urdf_writers_.push_back(participant_.create_writer(topics::robot_description,
                                                        names.of(topics::robot_description, robot.name)));

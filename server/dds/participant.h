@@ -54,14 +54,12 @@ class Participant {
                                  dds::DataWriterListener* listener = nullptr) {
     return create_writer(topic, dds::TypeSupport(new MessageType<Type>()), qos, listener);
   }
-  /// With the QoS of the topic; `sample_bytes`: size of its samples, if known.
+  /// With the QoS of the topic.
   template <typename Type>
   dds::DataWriter* create_writer(const Topic<Type>& topic, const std::string& name,
-                                 std::size_t sample_bytes = 0, dds::DataWriterListener* listener = nullptr) {
-    QosPolicy policy = qos_of(topic);
-    policy.large = policy.large || sample_bytes > kLargestUnfragmented_bytes;
-    return create_writer<Type>(name, with_type_hash(writer_qos(default_writer_qos(), policy), *topic.type),
-                               listener);
+                                 dds::DataWriterListener* listener = nullptr) {
+    return create_writer<Type>(
+        name, with_type_hash(writer_qos(default_writer_qos(), qos_of(topic)), *topic.type), listener);
   }
   template <typename Type>
   dds::DataReader* create_reader(const std::string& topic, const dds::DataReaderQos& qos,

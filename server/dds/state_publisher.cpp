@@ -41,7 +41,7 @@ StatePublisher::StatePublisher(CellHost& host, Participant& participant, const T
   empty_cell_.cell = host.cell();
   empty_cell_.scenario_generation = 0;
   host.outbound().instant_readers.begin_to_count();
-  event_writer_ = participant.create_writer(topics::event, topics.of(topics::event), 0, &event_readers_);
+  event_writer_ = participant.create_writer(topics::event, topics.of(topics::event), &event_readers_);
   status_writer_ = participant.create_writer(topics::status, topics.of(topics::status));
   description_writer_ = participant.create_writer(topics::description, topics.of(topics::description));
 }

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <random>
 
 #include "foxglove_msgs.h"
@@ -115,6 +116,34 @@ TEST(Cdr, BothByteOrdersAreReadAndClaimsAreNeverLargerThanTheSample) {
       EXPECT_FALSE(cdr::read(trajectory(big, claimed).all(), refused));
       EXPECT_LT(refused.points.capacity(), 10U);
     }
+  }
+}
+
+/// Elements of numbers alone are written and read in one piece.
+TEST(Cdr, ElementsOfNumbersAloneAreLaidOutNumberByNumber) {
+  for (const bool big : {false, true}) {
+    ByHand bytes(big);
+    bytes.number(3, 4).number(5, 4).number(0, 8).number(11, 8).number(2, 4).number(9, 4).number(77, 8);
+    bytes.number(2, 4);  // components
+    for (unsigned i = 0; i < 2; ++i) {
+      for (unsigned k = 0; k < 19; ++k) bytes.number(std::bit_cast<std::uint64_t>(100.0 * i + k), 8);
+      bytes.number(i, 1).number(40 + i, 4);
+    }
+    for (int list = 0; list < 4; ++list) bytes.number(0, 4);  // robots, grippers, devices, applied commands
+    takt_msgs::msg::CellState read;
+    ASSERT_TRUE(cdr::read(bytes.all(), read));
+    ASSERT_EQ(read.components.size(), 2U);
+    EXPECT_EQ(read.components[1].position.x, 100.0);
+    EXPECT_EQ(read.components[1].orientation.w, 106.0);
+    EXPECT_EQ(read.components[1].torque.z, 118.0);
+    EXPECT_EQ(static_cast<int>(read.components[1].state), 1);
+    EXPECT_EQ(read.components[1].partner, 41);
+    EXPECT_EQ(read.components[0].partner, 40);
+    if (!big) {
+      EXPECT_EQ(written(read), bytes.all());
+    }
+    bytes.all()[4 + 8 + 8 + 8 + 8 + 8 + (big ? 3 : 0)] = 3;  // one more than there are
+    EXPECT_FALSE(cdr::read(bytes.all(), read));
   }
 }
 

@@ -90,9 +90,7 @@ inline void publish_raw(const Options& options, Shared& shared, Pair& pair, int 
                         bool udp) {
   takt_msgs::msg::CellState state = state_of(parts);
   bench::RawNode node(static_cast<std::uint32_t>(options.domain), udp);
-  QosPolicy policy = qos_of(TopicQos::instant);
-  policy.large = cdr::size(state) > kLargestUnfragmented_bytes;
-  auto* writer = node.writer<takt_msgs::msg::CellState>(raw_topic(udp), policy);
+  auto* writer = node.writer<takt_msgs::msg::CellState>(raw_topic(udp), qos_of(TopicQos::instant));
   shared.ready.fetch_add(1);
   (void)obtain_scheduling(options.realtime_priority);
   Pacer pacer(system_monotonic_clock());

@@ -26,9 +26,6 @@ Qos with_policy(Qos qos, const QosPolicy& policy) {
 }
 }  // namespace qos_detail
 
-/// A sample beyond this does not fit one datagram and is sent in fragments by a thread of DDS.
-inline constexpr std::size_t kLargestUnfragmented_bytes = 60000;
-
 /// Of a standard type: announces the definition in the ROS 2 way.
 template <typename Qos>
 Qos with_type_hash(Qos qos, const MessageInfo& type) {
@@ -41,6 +38,8 @@ Qos with_type_hash(Qos qos, const MessageInfo& type) {
 
 inline dds::DataWriterQos writer_qos(const dds::DataWriterQos& defaults, const QosPolicy& policy) {
   auto qos = qos_detail::with_policy(defaults, policy);
+  // A sample of several datagrams is sent by the writing thread, too: the asynchronous thread of Fast DDS spins for the
+  // writer's lock, up to a millisecond where it has displaced the thread that holds it.
   qos.publish_mode().kind = policy.large ? dds::ASYNCHRONOUS_PUBLISH_MODE : dds::SYNCHRONOUS_PUBLISH_MODE;
   if (policy.lease_s > 0.0) {
     qos.liveliness().kind = dds::AUTOMATIC_LIVELINESS_QOS;
