@@ -162,8 +162,8 @@ inline constexpr std::size_t kKindBytes[] = {1, 1, 1, 2, 2, 4, 4, 8, 8, 4, 8, 4}
 /// Of messages of numbers alone. In a sequence each takes the same bytes, which are written and read without a look at
 /// the room for each number: a state of a thousand components has nineteen thousand of them.
 struct FixedLayout {
-  std::size_t bytes =
-      0;  ///< padding included; 0: texts, sequences, booleans, or elements that would not be alike
+  /// Padding included; 0: texts, sequences, booleans, or elements that would not be alike.
+  std::size_t bytes = 0;
   std::size_t alignment = 1;  ///< of the first number, which is the largest
 };
 
