@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::size_t kLongestName = 1000;
 
-std::string quoted(const std::string& name) {
+std::string shown(const std::string& name) {
   std::string shown = name.substr(0, 100);
   for (char& c : shown)
     if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';
@@ -27,7 +27,7 @@ std::string quoted(const std::string& name) {
 
 /// The parts of the name of an entry stay below the directory that it is unpacked to.
 void check_name(const std::string& name) {
-  const auto refuse = [&](const char* why) { throw FmuError("its entry " + quoted(name) + " " + why); };
+  const auto refuse = [&](const char* why) { throw FmuError("its entry " + shown(name) + " " + why); };
   if (name.empty() || name.size() > kLongestName) refuse("has no usable name");
   if (name.front() == '/' || name.find('\\') != std::string::npos || name.find(':') != std::string::npos)
     refuse("has an absolute name or backslashes");
@@ -62,7 +62,7 @@ void unpack_entry(unzFile archive, const std::filesystem::path& to, std::size_t 
   std::size_t size = 0;
   while (true) {
     const int got = unzReadCurrentFile(archive, buffer.data(), static_cast<unsigned>(buffer.size()));
-    if (got < 0) throw FmuError("its entry " + quoted(to.filename().string()) + " is damaged");
+    if (got < 0) throw FmuError("its entry " + shown(to.filename().string()) + " is damaged");
     if (got == 0) break;
     size += static_cast<std::size_t>(got), bytes += static_cast<std::size_t>(got);
     if (bytes > kLargestFmu_bytes)
@@ -82,6 +82,7 @@ void unpack(const std::filesystem::path& file, const std::filesystem::path& dire
   if (!archive) throw FmuError("it is no ZIP archive, as " + std::string(contents.kind) + " are");
   std::size_t files = 0, bytes = 0;
   std::set<std::string> seen;
+  std::string deeper;
   for (int more = unzGoToFirstFile(archive.get()); more != UNZ_END_OF_LIST_OF_FILE;
        more = unzGoToNextFile(archive.get())) {
     if (more != UNZ_OK) throw FmuError("its list of files is damaged");
@@ -92,27 +93,29 @@ void unpack(const std::filesystem::path& file, const std::filesystem::path& dire
     if (unzGetCurrentFileInfo64(archive.get(), &info, text.data(), text.size() - 1, nullptr, 0, nullptr, 0) !=
         UNZ_OK)
       throw FmuError("its list of files is damaged");
-    const std::string name(text.data(), std::min<std::size_t>(info.size_filename, text.size() - 1));
-    check_name(name);
+    const std::string stated(text.data(), std::min<std::size_t>(info.size_filename, text.size() - 1));
+    check_name(stated);
+    const std::string name = std::filesystem::path(stated).lexically_normal().string();
     if (S_ISLNK(info.external_fa >> 16U))
-      throw FmuError("its entry " + quoted(name) + " is a link; " + std::string(contents.kind) +
-                     " have none");
+      throw FmuError("its entry " + shown(name) + " is a link; " + std::string(contents.kind) + " have none");
     if ((info.flag & 1U) != 0)
-      throw FmuError("its entry " + quoted(name) + " is encrypted; " + std::string(contents.kind) +
+      throw FmuError("its entry " + shown(name) + " is encrypted; " + std::string(contents.kind) +
                      " are not");
+    if (name.ends_with("/" + std::string(contents.description))) deeper = name;
     if (name.ends_with('/') || !contents.is_wanted(name)) continue;
-    if (!seen.insert(std::filesystem::path(name).lexically_normal().string()).second)
-      throw FmuError("its entry " + quoted(name) + " stands twice");
+    if (!seen.insert(name).second) throw FmuError("its entry " + shown(name) + " stands twice");
     if (unzOpenCurrentFile(archive.get()) != UNZ_OK)
-      throw FmuError("its entry " + quoted(name) +
+      throw FmuError("its entry " + shown(name) +
                      " cannot be unpacked; allowed are the methods deflate and store");
     unpack_entry(archive.get(), directory / name,
                  name == contents.description ? kLargestDescription_bytes : kLargestFmu_bytes, bytes);
     if (unzCloseCurrentFile(archive.get()) != UNZ_OK)
-      throw FmuError("its entry " + quoted(name) + " is damaged: its checksum is wrong");
+      throw FmuError("its entry " + shown(name) + " is damaged: its checksum is wrong");
   }
   if (const std::string description(contents.description); !seen.contains(description))
-    throw FmuError("it has no " + description);
+    throw FmuError(
+        "it has no " + description +
+        (deeper.empty() ? "" : " at its top, only " + shown(deeper) + ": archive what is in the folder"));
 }
 
 }  // namespace

@@ -207,7 +207,8 @@ class Wiring {
   /// Start values of all elements; a single one stands for all.
   std::vector<std::string> all_starts(const FmuVariable& v) const {
     std::vector<std::string> result = v.start;
-    const std::string usual = result.empty() ? (v.type == FmuType::boolean ? "false" : "0") : result.front();
+    const char* none = v.type == FmuType::boolean ? "false" : v.type == FmuType::text ? "" : "0";
+    const std::string usual = result.empty() ? none : result.front();
     result.resize(v.elements, usual);
     return result;
   }

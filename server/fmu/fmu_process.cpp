@@ -161,7 +161,9 @@ std::string FmuProcess::restart(std::span<double> outputs) {
   fmu_wire::put(out, p_->start);
   if (std::string why = exchange("its start", std::max(p_->timeout_s, kLeastStart_s)); !why.empty())
     return why;
-  return answer([&](StateReader& in) { in.numbers(outputs, "an output"); });
+  std::string why = answer([&](StateReader& in) { in.numbers(outputs, "an output"); });
+  if (!why.empty()) end();
+  return why;
 }
 
 std::string FmuProcess::step(double t, double h, std::span<const double> inputs, std::span<double> outputs) {
@@ -169,7 +171,10 @@ std::string FmuProcess::step(double t, double h, std::span<const double> inputs,
   StateWriter out(message_);
   out.put(Request::step), out.put(t), out.put(h), out.put(inputs);
   if (std::string why = exchange("a step", p_->timeout_s); !why.empty()) return why;
-  return answer([&](StateReader& in) { in.numbers(outputs, "an output"); });
+  std::string why = answer([&](StateReader& in) { in.numbers(outputs, "an output"); });
+  // After an error FMI allows few calls and after a fatal one none: a restart begins with a fresh process.
+  if (!why.empty()) end();
+  return why;
 }
 
 std::string FmuProcess::save(std::vector<std::byte>& state) {
@@ -188,6 +193,10 @@ std::string FmuProcess::save(std::vector<std::byte>& state) {
 }
 
 std::string FmuProcess::load(std::span<const std::byte> state) {
+  if (socket_ < 0) {  // it has failed since
+    std::vector<double> outputs(p_->start.outputs.size());
+    if (std::string why = restart(outputs); !why.empty()) return why;
+  }
   message_.clear();
   StateWriter out(message_);
   out.put(Request::load);

@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "idl/common/parse.h"
+#include "idl/common/utf8.h"
 
 namespace takt {
 namespace {
@@ -33,6 +34,11 @@ std::string text_of(const XMLElement& element, const char* name) {
   return value != nullptr ? value : "";
 }
 
+/// Of a text that people read.
+std::string shown(const XMLElement& element, const char* name) {
+  return utf8_sanitize(text_of(element, name));
+}
+
 std::string at(const XMLElement& element) {
   return "modelDescription.xml, line " + std::to_string(element.GetLineNum()) + ": ";
 }
@@ -42,18 +48,41 @@ bool flag_of(const XMLElement& element, const char* name) {
   return text == "true" || text == "1";
 }
 
+/// Numbers may stand between white space.
+std::string_view trimmed(std::string_view text) {
+  constexpr std::string_view kSpace = " \t\r\n";
+  const std::size_t first = std::min(text.find_first_not_of(kSpace), text.size());
+  return text.substr(first, text.find_last_not_of(kSpace) + 1 - first);
+}
+
+/// None: no attribute, or a number that limits nothing (INF, -INF, NaN).
 std::optional<double> number_of(const XMLElement& element, const char* name) {
-  const std::string text = text_of(element, name);
-  if (text.empty()) return {};
+  const std::string stated = text_of(element, name);
+  const std::string_view text = trimmed(stated);
+  if (text.empty() || text == "INF" || text == "+INF" || text == "-INF" || text == "NaN") return {};
   const auto value = finite_number(text);
   if (!value)
-    throw FmuError(at(element) + "the attribute " + name + " is '" + text.substr(0, 40) +
+    throw FmuError(at(element) + "the attribute " + name + " is '" + stated.substr(0, 40) +
                    "'; allowed is a number");
   return value;
 }
 
+/// FMI demands UTF-8; what is not is taken for Latin 1, which some tools write.
+std::string in_utf8(std::string_view text) {
+  if (find_invalid_utf8(text) == text.size()) return std::string(text);
+  std::string result;
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte < 0x80U)
+      result += c;
+    else
+      result += {static_cast<char>(0xc0U | (byte >> 6U)), static_cast<char>(0x80U | (byte & 0x3fU))};
+  }
+  return result;
+}
+
 std::uint32_t reference_of(const XMLElement& element, const char* name) {
-  const auto value = finite_number(text_of(element, name));
+  const auto value = finite_number(trimmed(text_of(element, name)));
   if (!value || *value < 0.0 || *value > 4294967295.0 || *value != std::floor(*value))
     throw FmuError(at(element) + "the attribute " + name + " is '" + text_of(element, name).substr(0, 40) +
                    "'; allowed is a whole number, 0 or more");
@@ -88,10 +117,10 @@ class Reader {
       d_.version = 3;
     else
       throw FmuError("it follows FMI '" + version.substr(0, 40) + "'; takt takes FMI 2.0 and 3.0");
-    d_.model_name = text_of(root_, "modelName");
+    d_.model_name = shown(root_, "modelName");
     d_.token = text_of(root_, d_.version == 2 ? "guid" : "instantiationToken");
-    d_.generation_tool = text_of(root_, "generationTool");
-    d_.license = text_of(root_, "license");
+    d_.generation_tool = shown(root_, "generationTool");
+    d_.license = shown(root_, "license");
     read_interface();
     if (const XMLElement* experiment = root_.FirstChildElement("DefaultExperiment"); experiment != nullptr)
       d_.default_step_s = std::max(0.0, number_of(*experiment, "stepSize").value_or(0.0));
@@ -139,7 +168,7 @@ class Reader {
       const XMLElement* of = d_.version == 2 ? type->FirstChildElement() : type;
       if (of == nullptr) continue;
       DeclaredType& declared = types_[text_of(*type, "name")];
-      declared = {text_of(*of, "unit"), number_of(*of, "min"), number_of(*of, "max")};
+      declared = {shown(*of, "unit"), number_of(*of, "min"), number_of(*of, "max")};
       // Of an enumeration: the values of its items.
       for (const XMLElement* item = of->FirstChildElement("Item"); item != nullptr;
            item = item->NextSiblingElement("Item")) {
@@ -183,21 +212,45 @@ class Reader {
     if (const std::string causality = text_of(e, "causality"); !causality.empty()) v.causality = causality;
     v.variability = text_of(e, "variability");
     v.initial = text_of(e, "initial");
-    v.unit = text_of(*typed, "unit");
+    v.unit = shown(*typed, "unit");
     v.lower = number_of(*typed, "min"), v.upper = number_of(*typed, "max");
     if (const auto declared = types_.find(text_of(*typed, "declaredType")); declared != types_.end()) {
       if (v.unit.empty()) v.unit = declared->second.unit;
       if (!v.lower) v.lower = declared->second.lower;
       if (!v.upper) v.upper = declared->second.upper;
     }
-    if (const char* start = typed->Attribute("start"); start != nullptr)
-      v.start = d_.version == 3 && v.type != FmuType::text ? words(start) : std::vector<std::string>{start};
+    v.start = start_of(*typed, v.type);
     v.is_array = e.FirstChildElement("Dimension") != nullptr && d_.version == 3;
     if (v.is_array) arrays_.emplace_back(d_.variables.size(), &e);
-    if (!d_.by_name.emplace(v.name, d_.variables.size()).second)
-      throw FmuError(at(e) + "two variables have the name '" + v.name + "'");
+    add_name(e, v.name);
+    if (d_.version == 3)
+      for (const XMLElement* alias = e.FirstChildElement("Alias"); alias != nullptr;
+           alias = alias->NextSiblingElement("Alias"))
+        add_name(*alias, text_of(*alias, "name"));
     by_reference_.emplace(v.reference, d_.variables.size());
     d_.variables.push_back(std::move(v));
+  }
+
+  /// Texts of FMI 3.0 stand in elements of their own.
+  std::vector<std::string> start_of(const XMLElement& typed, FmuType type) const {
+    std::vector<std::string> result;
+    if (d_.version == 3 && type == FmuType::text) {
+      for (const XMLElement* one = typed.FirstChildElement("Start");
+           one != nullptr && result.size() < kMostElements; one = one->NextSiblingElement("Start"))
+        result.push_back(text_of(*one, "value"));
+    } else if (const char* start = typed.Attribute("start"); start != nullptr) {
+      if (d_.version == 3)
+        result = words(start);
+      else
+        result.emplace_back(type == FmuType::text ? std::string_view(start) : trimmed(start));
+    }
+    return result;
+  }
+
+  /// Of the variable that is read.
+  void add_name(const XMLElement& e, const std::string& name) {
+    if (!d_.by_name.emplace(name, d_.variables.size()).second)
+      throw FmuError(at(e) + "two variables have the name '" + name + "'");
   }
 
   /// Dimensions are numbers, or variables with a start value.
@@ -277,10 +330,12 @@ FmuDescription::Element FmuDescription::find(const std::string& name) const {
                  (variables.size() > 8 ? " and " + std::to_string(variables.size() - 8) + " more" : ""));
 }
 
-FmuDescription read_model_description(std::string_view xml) {
+FmuDescription read_model_description(std::string_view stated) {
+  const std::string xml = in_utf8(stated);
   tinyxml2::XMLDocument document;
   if (document.Parse(xml.data(), xml.size()) != tinyxml2::XML_SUCCESS)
-    throw FmuError("its modelDescription.xml is no XML, line " + std::to_string(document.ErrorLineNum()));
+    throw FmuError("its modelDescription.xml is no XML in UTF-8, line " +
+                   std::to_string(document.ErrorLineNum()));
   const XMLElement* root = document.FirstChildElement("fmiModelDescription");
   if (root == nullptr) throw FmuError("its modelDescription.xml has no element fmiModelDescription");
   return Reader(*root).read();

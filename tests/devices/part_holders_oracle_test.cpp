@@ -180,6 +180,42 @@ TEST(VacuumGripper, ASavedStateAndAResetGoOnWithTheSameBits) {
   EXPECT_EQ(rest(cell), hash);
 }
 
+TEST(VacuumGripper, APartFallsFromTheGroundThatLetsItGo) {
+  const std::string meshes = std::string(TAKT_CONFIG_DIR) + "/meshes/";
+  const test::TemporaryDirectory directory;
+  directory.write(
+      "cell.yaml",
+      "takt_scenario: 1\nname: cell\nsolver: {method: rk4}\nparts:\n  Block: {mesh: " + meshes +
+          "C.obj, mass_kg: 0.5, hierarchy: 1, pose: {position_m: [0, 0, 0.3]}}\ngrounds:\n  Table: {mesh: " +
+          meshes + "table.obj, convex: objects}\n  Above: {mesh: " + meshes +
+          "P.obj, pose: {position_m: [0, 0, 0.38]}}\n"
+          "vacuum_grippers:\n  Cup: {at: Above, mount: {pose: {rpy_deg: [180, 0, 0]}}, cups: [{diameter_m: "
+          "0.02}], pressure_Pa: 50000, evacuation_time_s: 0.001, release_time_s: 1e-4}\n");
+  for (const int level : {1, 2, 3}) {
+    ScenarioOptions options;
+    options.level_of_detail = level;
+    const auto model = load_cell(directory.path() / "cell.yaml", options);
+    DeviceCell cell(model), restored(model);
+    cell.set("Cup", "vacuum", 1.0);
+    cell.run(0.05);
+    ASSERT_EQ(cell.partner("Block"), "Above") << level;
+    const double from_m = cell.component("Block").p_WB.z();
+    cell.set("Cup", "vacuum", 0.0);
+    while (cell.read("Cup", "part_present") > 0.0) ASSERT_TRUE(cell.step());
+    std::vector<std::byte> bytes;
+    ASSERT_EQ(cell.simulation().save_state(bytes), "");
+    ASSERT_EQ(restored.simulation().restore_state(bytes), "");
+    cell.run(0.2), restored.run(0.2);
+    EXPECT_EQ(cell.simulation().state_hash(), restored.simulation().state_hash()) << level;
+    const double fallen_m = 0.5 * DeviceCell::kGravity * 0.2 * 0.2;
+    EXPECT_NEAR(cell.component("Block").p_WB.z(), from_m - fallen_m, DeviceCell::kGravity * 0.2 * 0.003)
+        << level;
+    EXPECT_EQ(cell.partner("Block"), "") << level;
+    cell.run(0.8);
+    EXPECT_EQ(cell.partner("Block"), "Table") << level;
+  }
+}
+
 TEST(MagneticGripper, LosesAPartAtItsForceAndKeepsNoneByTooSmallAResidue) {
   DeviceCell cell(DeviceCell::load_device("magnetic_gripper"));
   cell.set("Magnet", "magnet", 1.0);

@@ -44,6 +44,10 @@ TEST(FmuArchive, NamesThatLeadOutOfItAndLinksAreRefused) {
               HasSubstr("is a link"));
   EXPECT_THAT(unpacking({description, {"resources/a"}, {"resources/a"}}), HasSubstr("stands twice"));
   EXPECT_THAT(unpacking({{"resources/a"}}), HasSubstr("has no modelDescription.xml"));
+  EXPECT_EQ(unpacking({{"./modelDescription.xml", "<x/>"}, {"./resources/"}, {"./resources/a"}}), "unpacked");
+  EXPECT_THAT(unpacking({description, {"./resources/a"}, {"resources/a"}}), HasSubstr("stands twice"));
+  EXPECT_THAT(unpacking({{"motor/modelDescription.xml", "<x/>"}}),
+              HasSubstr("no modelDescription.xml at its top, only 'motor/modelDescription.xml'"));
 }
 
 TEST(FmuArchive, TooMuchIsRefused) {
@@ -143,6 +147,65 @@ TEST(ModelDescription, ArraysHaveElementsFromOneOn) {
   EXPECT_THROW(static_cast<void>(fmu.find("u[7]")), FmuError);
   EXPECT_THROW(static_cast<void>(fmu.find("u[0]")), FmuError);
   EXPECT_THROW(static_cast<void>(fmu.find("u")), FmuError);
+}
+
+FmuDescription with_variables(int version, const std::string& variables,
+                              const std::string& encoding = "UTF-8") {
+  return read_model_description("<?xml version='1.0' encoding='" + encoding +
+                                "'?><fmiModelDescription fmiVersion='" + std::to_string(version) +
+                                ".0'><CoSimulation modelIdentifier='m'/><ModelVariables>" + variables +
+                                "</ModelVariables></fmiModelDescription>");
+}
+
+TEST(ModelDescription, NumbersAreThoseOfXmlSchema) {
+  const FmuDescription fmu = with_variables(
+      2,
+      "<ScalarVariable name='u' valueReference=' 7 ' causality='input'><Real min='-INF' max=' 24 ' start=' 1 "
+      "'/></ScalarVariable>");
+  EXPECT_EQ(fmu.variables[0].reference, 7U);
+  EXPECT_FALSE(fmu.variables[0].lower.has_value());
+  EXPECT_EQ(fmu.variables[0].upper, 24.0);
+  EXPECT_EQ(fmu.variables[0].start, std::vector<std::string>{"1"});
+  EXPECT_THROW(
+      with_variables(2, "<ScalarVariable name='u' valueReference='7'><Real min='low'/></ScalarVariable>"),
+      FmuError);
+}
+
+TEST(ModelDescription, AnAliasIsAnotherNameOfItsVariable) {
+  const FmuDescription fmu = with_variables(3,
+                                            "<Float64 name='w' valueReference='1' causality='output'><Alias "
+                                            "name='speed' displayUnit='rpm'/></Float64>");
+  EXPECT_EQ(fmu.find("speed").variable, fmu.find("w").variable);
+  EXPECT_THROW(with_variables(3,
+                              "<Float64 name='w' valueReference='1'/><Float64 name='v' "
+                              "valueReference='2'><Alias name='w'/></Float64>"),
+               FmuError);
+}
+
+TEST(ModelDescription, TextsOfFmi3StandInElements) {
+  const FmuDescription fmu =
+      with_variables(3,
+                     "<String name='s' valueReference='1' causality='parameter'><Dimension start='2'/><Start "
+                     "value='a b'/><Start "
+                     "value=''/></String>");
+  EXPECT_EQ(fmu.variables[0].start, (std::vector<std::string>{"a b", ""}));
+}
+
+TEST(ModelDescription, WhatIsNotUtf8IsLatin1) {
+  const std::string variable =
+      "<Float64 name='T' valueReference='1' unit='\xb0"
+      "C'/>";
+  EXPECT_EQ(with_variables(3, variable, "ISO-8859-1").variables[0].unit,
+            "\xc2\xb0"
+            "C");
+  EXPECT_EQ(with_variables(3,
+                           "<Float64 name='T' valueReference='1' unit='\xc2\xb0"
+                           "C'/>")
+                .variables[0]
+                .unit,
+            "\xc2\xb0"
+            "C");
+  EXPECT_EQ(with_variables(3, "<Float64 name='T' valueReference='1' unit='&#7;C'/>").variables[0].unit, "?C");
 }
 
 TEST(Fmu, WithoutABinaryForThisPlatformIsRefused) {

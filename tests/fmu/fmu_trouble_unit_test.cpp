@@ -82,6 +82,24 @@ TEST_P(Troubles, AreReportedOnceWithHeldOutputsUntilAReset) {
   EXPECT_EQ(cell.simulation().state_hash(), hash);
 }
 
+TEST_P(Troubles, AStateOfBeforeBringsBackARunningFmu) {
+  FmuCell cell(kTestFmus / "motor2.fmu", keys());
+  cell.command("motor_u", 12.0);
+  ASSERT_TRUE(cell.step(5));
+  std::vector<std::byte> state;
+  ASSERT_EQ(cell.simulation().save_state(state), "");
+  const std::uint64_t hash = cell.simulation().state_hash();
+  ASSERT_TRUE(cell.step(4));
+  const double speed = cell.value("motor_w");
+  ASSERT_TRUE(cell.step(5));
+  ASSERT_EQ(cell.value("failed"), 1.0);
+  ASSERT_EQ(cell.simulation().restore_state(state), "");
+  EXPECT_EQ(cell.value("failed"), 0.0);
+  EXPECT_EQ(cell.simulation().state_hash(), hash);
+  ASSERT_TRUE(cell.step(4));
+  EXPECT_EQ(cell.value("motor_w"), speed);
+}
+
 /// Trouble that is put back or forbidden, with a notice or without: the motor runs on.
 double run_with(Trouble trouble, std::string& notices, const char* output = "motor_w") {
   FmuCell cell(kTestFmus / "motor2.fmu",

@@ -65,6 +65,7 @@ WholeMemory example() {
   set_bits(memory.inputs, 0xc4, {0xac, 0xdb, 0x35});
   memory.holding[0x6b] = 0x022b, memory.holding[0x6d] = 0x0064;
   memory.input[8] = 0x000a;
+  memory.holding[0x20] = 0x12;
   const std::uint16_t registers[] = {0x00fe, 0x0acd, 0x0001, 0x0003, 0x000d, 0x00ff};
   std::ranges::copy(registers, memory.holding.begin() + 3);
   return memory;
@@ -85,6 +86,7 @@ std::vector<Example> examples() {
       {bytes_of({16, 0, 1, 0, 2, 4, 0, 0x0a, 1, 2}), bytes_of({16, 0, 1, 0, 2})},
       {bytes_of({23, 0, 3, 0, 6, 0, 0x0e, 0, 3, 6, 0, 0xff, 0, 0xff, 0, 0xff}),
        bytes_of({23, 12, 0, 0xfe, 0x0a, 0xcd, 0, 1, 0, 3, 0, 0x0d, 0, 0xff})},
+      {bytes_of({22, 0, 0x20, 0, 0xf2, 0, 0x25}), bytes_of({22, 0, 0x20, 0, 0xf2, 0, 0x25})},
   };
 }
 
@@ -95,6 +97,7 @@ TEST(ModbusMessages, RepliesAreThoseOfTheSpecification) {
   EXPECT_EQ(memory.holding[1], 0x000a);  // function 16 comes after function 6
   EXPECT_EQ(memory.holding[2], 0x0102);
   EXPECT_EQ(memory.holding[0x10], 0x00ff);
+  EXPECT_EQ(memory.holding[0x20], 0x17);
   EXPECT_TRUE(memory.coils[0x13]);
   EXPECT_TRUE(memory.coils[0x1b]);
   EXPECT_FALSE(memory.coils[0x1c]);
@@ -143,12 +146,35 @@ TEST(ModbusMessages, ARequestThatCannotBeServedHasTheExceptionOfTheSpecification
       {bytes_of({16, 0xff, 0xff, 0, 2, 4, 0, 0, 0, 0}), 2},
       {bytes_of({23, 0, 0, 0, 1, 0, 0, 0, 1, 4, 0, 0}), 3},
       {bytes_of({23, 0, 0, 0, 126, 0, 0, 0, 1, 2, 0, 0}), 3},
+      {bytes_of({22, 0, 0, 0, 1, 0}), 3},
+      {bytes_of({43}), 1},
+      {bytes_of({43, 13, 0, 0}), 1},  // CANopen
+      {bytes_of({43, 14, 0, 0}), 3},  // no such code
+      {bytes_of({43, 14, 5, 0}), 3},
+      {bytes_of({43, 14, 1}), 3},
+      {bytes_of({43, 14, 4, 3}), 2},  // no such object
   };
   WholeMemory memory;
   for (const Case& each : cases) {
     const std::string reply = reply_to(each.request, memory);
     EXPECT_EQ(reply, bytes_of({static_cast<unsigned char>(each.request[0]) | 0x80, each.exception}))
         << testing::PrintToString(each.request);
+  }
+}
+
+TEST(ModbusMessages, AServerNamesItselfByItsBasicObjects) {
+  WholeMemory memory;
+  const auto ask = [&](int code, int object) { return reply_to(bytes_of({43, 14, code, object}), memory); };
+  const auto head = [](int code, int count) { return bytes_of({43, 14, code, 0x81, 0, 0, count}); };
+  const std::string vendor = bytes_of({0, 4}) + "takt", product = bytes_of({1, 11}) + "takt-modbus";
+  EXPECT_EQ(ask(4, 0), head(4, 1) + vendor);
+  EXPECT_EQ(ask(4, 1), head(4, 1) + product);
+  const std::string revision = ask(4, 2).substr(head(4, 1).size());
+  EXPECT_GT(revision.size(), 2U);
+  for (const int code : {1, 2, 3}) {
+    EXPECT_EQ(ask(code, 0), head(code, 3) + vendor + product + revision);
+    EXPECT_EQ(ask(code, 1), head(code, 2) + product + revision);
+    EXPECT_EQ(ask(code, 77), ask(code, 0));
   }
 }
 

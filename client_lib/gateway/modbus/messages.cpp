@@ -1,5 +1,6 @@
 #include "client_lib/gateway/modbus/messages.h"
 
+#include <array>
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -55,6 +56,34 @@ std::string with_registers(std::uint8_t function, const std::vector<std::uint16_
   pdu += static_cast<char>(2 * values.size());
   for (const std::uint16_t value : values) put16(pdu, value);
   return pdu;
+}
+
+/// Device identification (section 6.21): the three basic objects. Throws the exception.
+std::string identification(std::string_view pdu) {
+  constexpr std::size_t kReadIdentification = 0x0e, kOneObject = 4;
+  constexpr unsigned kBasicAndOneByOne = 0x81;
+  static constexpr std::array<std::string_view, 3> kObjects{"takt", "takt-modbus", TAKT_VERSION};
+  if (pdu.size() < 2 || byte_at(pdu, 1) != kReadIdentification) throw Exception::illegal_function;
+  if (pdu.size() != 4) throw Exception::illegal_value;
+  const std::size_t code = byte_at(pdu, 2);
+  std::size_t first = byte_at(pdu, 3), end = kObjects.size();
+  if (code < 1 || code > kOneObject) throw Exception::illegal_value;
+  if (code == kOneObject) {
+    if (first >= kObjects.size()) throw Exception::illegal_address;
+    end = first + 1;
+  } else if (first >= kObjects.size()) {
+    first = 0;  // such a stream has all objects
+  }
+  std::string reply(pdu.substr(0, 3));
+  reply += static_cast<char>(kBasicAndOneByOne);
+  reply += std::string(2, '\0');  // nothing follows
+  reply += static_cast<char>(end - first);
+  for (std::size_t i = first; i < end; ++i) {
+    reply += static_cast<char>(i);
+    reply += static_cast<char>(kObjects[i].size());
+    reply += kObjects[i];
+  }
+  return reply;
 }
 
 /// Serves one request; throws its exception.
@@ -121,6 +150,17 @@ std::string serve(std::string_view pdu, Memory& memory) {
       done(memory.write_registers(first, get_registers(pdu, 6, count)));
       return std::string(pdu.substr(0, 5));
     }
+    case Function::mask_write_register: {
+      need(pdu.size() == 7, Exception::illegal_value);
+      const std::size_t at = get16(pdu, 1), keep = get16(pdu, 3), set = get16(pdu, 5);
+      std::vector<std::uint16_t> values;
+      need(memory.read_registers(true, at, 1, values), Exception::illegal_address);
+      values[0] = static_cast<std::uint16_t>((values[0] & keep) | (set & ~keep));
+      done(memory.write_registers(at, values));
+      return std::string(pdu);
+    }
+    case Function::encapsulated:
+      return identification(pdu);
     case Function::read_write_registers: {
       need(pdu.size() >= 10, Exception::illegal_value);
       const std::size_t read_first = get16(pdu, 1), read_count = get16(pdu, 3), first = get16(pdu, 5),
@@ -222,6 +262,7 @@ bool is_write(std::string_view pdu) {
     case Function::write_register:
     case Function::write_coils:
     case Function::write_registers:
+    case Function::mask_write_register:
     case Function::read_write_registers:
       return true;
     default:

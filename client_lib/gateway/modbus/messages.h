@@ -4,7 +4,7 @@
 //   MBAP header   uint16 transaction, uint16 protocol 0, uint16 length (unit and PDU), uint8 unit
 //   PDU           uint8 function, data; an exception reply has function | 0x80 and uint8 exception
 //
-// Functions 1 to 6, 15, 16 and 23. TCP may cut and join messages anywhere: FrameStream puts them together.
+// Functions 1 to 6, 15, 16, 22, 23 and 43 (device identification). TCP may cut and join messages anywhere: FrameStream puts them together.
 // Functions on bytes: no sockets, no clock.
 #include <cstdint>
 #include <optional>
@@ -23,7 +23,9 @@ enum class Function : std::uint8_t {
   write_register = 6,
   write_coils = 15,
   write_registers = 16,
+  mask_write_register = 22,
   read_write_registers = 23,
+  encapsulated = 43,
 };
 
 /// Codes of an exception reply.

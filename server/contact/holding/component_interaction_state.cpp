@@ -9,6 +9,16 @@
 #include "server/contact/holding/component_interaction.h"
 
 namespace takt {
+namespace {
+
+// Values of in_contact_: the pair touches; it touches and does not hold until it has been apart.
+constexpr char kHolds = 1, kHangs = 2;
+/// Of a saved contact.
+constexpr std::uint64_t kHangsFlag = std::uint64_t{1} << 63U;
+/// Share of the weight that points away from the Ground from which on a Part hangs on it.
+constexpr double kLeastHanging = 0.5;
+
+}  // namespace
 
 void ComponentInteraction::mark_changed(int component) {
   const auto c = static_cast<std::size_t>(component);
@@ -45,7 +55,15 @@ void ComponentInteraction::detach(int part) {
   const int component = attached_to(part);
   graph_.holds[static_cast<std::size_t>(part)] = shown_graph_.holds[static_cast<std::size_t>(part)] = -1;
   const int pair = find_pair(part, component);
-  const bool touch = pair >= 0 && in_contact_[static_cast<std::size_t>(pair)] != 0;
+  bool touch = pair >= 0 && in_contact_[static_cast<std::size_t>(pair)] != 0;
+  // A search for partners knows no directions: without this a Ground keeps what it lets go of below itself.
+  if (touch && by_contact_[static_cast<std::size_t>(pair)] == 0 &&
+      parameters_.algorithm == InteractionAlgorithm::partner_search &&
+      components_[static_cast<std::size_t>(component)].type == ComponentType::ground) {
+    const Vec3& g_W = parameters_.gravity_W;
+    touch = !(nearest(component, part).normal_W.dot(g_W) > kLeastHanging * g_W.norm());
+    in_contact_[static_cast<std::size_t>(pair)] = touch ? kHolds : kHangs;
+  }
   if (!touch || by_contact_[static_cast<std::size_t>(pair)] != 0) graph_.remove_contact(part, component);
   if (any_by_contact_ && !touch) shown_graph_.remove_contact(part, component);
   mark_changed(part);
@@ -75,7 +93,7 @@ void ComponentInteraction::rebuild_graphs() {
   graph_.clear_contacts();
   shown_graph_.clear_contacts();
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
-    if (in_contact_[i] == 0) continue;
+    if (in_contact_[i] != kHolds) continue;
     const int base = pairs_.base(i), target = pairs_.target(i);
     shown_graph_.add_contact(base, target);
     if (by_contact_[i] == 0) graph_.add_contact(base, target);
@@ -115,9 +133,10 @@ void ComponentInteraction::save(StateWriter& out) const {
     out.put(corners.front()), out.put(corners.back());
   }
   for (const int partner : shown_partner_) out.put(partner);
-  out.put_size(static_cast<std::size_t>(std::count(in_contact_.begin(), in_contact_.end(), 1)));
+  out.put_size(pairs_.size() -
+               static_cast<std::size_t>(std::count(in_contact_.begin(), in_contact_.end(), 0)));
   for (std::size_t i = 0; i < pairs_.size(); ++i)
-    if (in_contact_[i] != 0) out.put_size(i);
+    if (in_contact_[i] != 0) out.put(i | (in_contact_[i] == kHangs ? kHangsFlag : 0));
   out.put_size(changed_parts_.size());
   for (const int part : changed_parts_) out.put(part);
   connections_.save(out);
@@ -146,9 +165,10 @@ void ComponentInteraction::load(StateReader& in) {
   std::fill(in_contact_.begin(), in_contact_.end(), 0);
   const std::size_t contacts = in.size(pairs_.size(), "contacts");
   for (std::size_t i = 0; i < contacts; ++i) {
-    const auto pair = in.get<std::uint64_t>();
+    const auto saved = in.get<std::uint64_t>();
+    const std::uint64_t pair = saved & ~kHangsFlag;
     if (pair >= pairs_.size()) in.fail("a contact is of no pair of the cell");
-    in_contact_[static_cast<std::size_t>(pair)] = 1;
+    in_contact_[static_cast<std::size_t>(pair)] = pair == saved ? kHolds : kHangs;
   }
   std::fill(reached_.begin(), reached_.end(), 0);
   changed_parts_.clear();

@@ -83,7 +83,7 @@ class Instance final : public FmiInstance {
       c_ = f_.Instantiate(p_.instance.c_str(), fmi2CoSimulation, p_.token.c_str(), uri.c_str(), &callbacks_,
                           fmi2False, fmi2False);
     }
-    if (c_ == nullptr) throw FmiError(with_message("fmi2Instantiate returned no instance"));
+    if (c_ == nullptr) throw FmiError(no_instance("fmi2Instantiate", "guid", p_.token));
     for (const Setting& setting : p_.settings) set(setting);
     check("fmi2SetupExperiment", f_.SetupExperiment(c_, fmi2False, 0.0, 0.0, fmi2False, 0.0));
     check("fmi2EnterInitializationMode", f_.EnterInitializationMode(c_));

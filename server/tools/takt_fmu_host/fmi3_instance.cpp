@@ -97,7 +97,8 @@ class Instance final : public FmiInstance {
       c_ = InstantiateCoSimulation_(p_.instance.c_str(), p_.token.c_str(), path.c_str(), false, false, false,
                                     false, nullptr, 0, nullptr, &log, nullptr);
     }
-    if (c_ == nullptr) throw FmiError(with_message("fmi3InstantiateCoSimulation returned no instance"));
+    if (c_ == nullptr)
+      throw FmiError(no_instance("fmi3InstantiateCoSimulation", "instantiationToken", p_.token));
     for (const Setting& setting : p_.settings) set(setting);
     check("fmi3EnterInitializationMode", EnterInitializationMode_(c_, false, 0.0, 0.0, false, 0.0));
     check("fmi3ExitInitializationMode", ExitInitializationMode_(c_));

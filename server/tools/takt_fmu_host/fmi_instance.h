@@ -36,6 +36,8 @@ std::unique_ptr<FmiInstance> load_fmi3(const fmu_wire::Start& start);
 std::string& last_message();
 /// `message`, with the last message of the FMU if it has one.
 std::string with_message(std::string message);
+/// Why there is no instance: the FMU's own words, or else the usual reason. `token`: its name and value.
+std::string no_instance(const char* call, const char* token, const std::string& value);
 /// Functions of a shared library. Throws FmiError.
 void* open_library(const std::string& file);
 void* function(void* library, const char* name);

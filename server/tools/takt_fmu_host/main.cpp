@@ -30,6 +30,14 @@ std::string with_message(std::string message) {
   return message;
 }
 
+std::string no_instance(const char* call, const char* token, const std::string& value) {
+  std::string sentence = std::string(call) + " returned no instance";
+  if (last_message().empty())
+    return sentence + "; usually the " + token + " of its description, '" + value.substr(0, 100) +
+           "', is not that of its library";
+  return with_message(std::move(sentence));
+}
+
 void* open_library(const std::string& file) {
   void* library = ::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (library == nullptr) {
