@@ -13,6 +13,7 @@
 #include "tests/support/service_cell.h"
 #include "tests/support/step_path_counts.h"
 #include "tests/support/temporary_directory.h"
+#include "tests/support/thrown_bricks.h"
 
 namespace takt {
 namespace {
@@ -73,6 +74,27 @@ TEST(ContactAllocation, ListsGrowAFewTimesAndNeverForKnownPoses) {
       }
       EXPECT_EQ(last, 0U) << name << ' ' << solver;
     }
+  }
+}
+
+// Islands are made, joined and integrated again in many steps.
+TEST(ContactAllocation, StepsByIslandsAllocateNothingForKnownPoses) {
+  if constexpr (kMaxLevelOfDetail < 3) GTEST_SKIP() << "needs level of detail 3";
+  const test::Bricks bricks;
+  for (const char* solver : {"method: automatic, step_s: 0.008", "method: rosenbrock, step_s: 0.008"}) {
+    Simulation simulation(bricks.cell(test::Bricks::all(), solver));
+    std::array<std::uint64_t, 4> passes{};
+    for (std::uint64_t& pass : passes) {
+      simulation.reset();
+      allocations = 0;
+      counting = true;
+      for (int i = 0; i < 40 && simulation.fault().empty(); ++i) simulation.step({});
+      counting = false;
+      pass = allocations;
+      EXPECT_EQ(simulation.fault(), "");
+    }
+    EXPECT_GT(passes.front(), 0U) << "nothing is counted";
+    EXPECT_EQ(passes.back(), 0U) << solver;
   }
 }
 

@@ -14,6 +14,7 @@
 #include "tests/support/contact_scene.h"
 #include "tests/support/moving_crowd.h"
 #include "tests/support/random_handling.h"
+#include "tests/support/thrown_bricks.h"
 
 namespace takt::test {
 namespace {
@@ -139,8 +140,24 @@ TEST(ThreadCount, ContactsByFieldsHaveTheSameBits) {
       runs.step({});
       if (HasFatalFailure()) return;
     }
-    EXPECT_GT(runs.shuffler.runs, 100U);
+    EXPECT_GT(runs.shuffler.runs, 50U);
     EXPECT_GT(runs.alone.contact_counts().elements, 1000U);
+  }
+}
+
+TEST(ThreadCount, IslandsWithStepsOfTheirOwnHaveTheSameBits) {
+  if constexpr (kMaxLevelOfDetail < 3) GTEST_SKIP() << "needs level of detail 3";
+  for (const char* method : {"automatic", "rosenbrock"}) {
+    SCOPED_TRACE(method);
+    SideBySide runs(Bricks().cell(Bricks::piles(), std::string("step_s: 0.004, method: ") + method,
+                                  ", parallel: true, cache_unmoved_pairs: false"));
+    for (int i = 0; i < 40; ++i) {
+      runs.step({});
+      if (HasFatalFailure()) return;
+    }
+    runs.expect_same();
+    EXPECT_GT(runs.shuffler.runs, 50U);
+    EXPECT_GT(runs.alone.contact_counts().elements, 100U);
   }
 }
 

@@ -173,6 +173,10 @@ TEST(SavedState, ForeignBytesAreRefusedWithASentence) {
   const std::vector<std::byte> nothing, zeros(1000);
   EXPECT_NE(target.restore_state(nothing).find("end too early"), std::string::npos);
   EXPECT_NE(target.restore_state(zeros).find("no saved state"), std::string::npos);
+  std::vector<std::byte> earlier = saved.bytes;
+  earlier[8] = std::byte{9};  // the format, behind eight letters
+  EXPECT_NE(target.restore_state(earlier).find("it has format 9, this program reads format 10"),
+            std::string::npos);
   auto other = std::make_shared<CellModel>(*saved.cell.model());
   other->components[static_cast<std::size_t>(saved.cell.parts[0])].mass_kg *= 2.0;
   Simulation of_other(other);

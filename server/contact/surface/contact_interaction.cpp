@@ -34,8 +34,7 @@ ContactInteraction::ContactInteraction(const std::vector<Component>& components,
   const std::size_t room = std::min(model.pairs.size(), kRoom + kRoomPerComponent * components.size());
   for (auto* list : {&near_, &found_, &next_}) list->reserve(room);
   for (auto* list : {&moving_, &present_}) list->reserve(room);
-  mobile_.reserve(components.size());
-  ends_.reserve(components.size());
+  mobile_.reserve(components.size()), ends_.reserve(components.size());
 }
 
 ContactInteraction::~ContactInteraction() = default;
@@ -119,7 +118,7 @@ void ContactInteraction::list_contacts() {
 }
 
 void ContactInteraction::find_boxes(const CellMotion& motion) {
-  for (const int end : ends_) {
+  for (const int end : attends_ ? attended_ends_ : std::span<const int>(ends_)) {
     const auto c = static_cast<std::size_t>(end);
     boxes_[c] = ApproachSearch::world_box(*model_.surfaces[c], motion.bodies[c].X_WB);
   }
@@ -421,7 +420,7 @@ void ContactInteraction::release() {
 }
 
 void ContactInteraction::hold(const CellMotion& motion, double next_s) {
-  for (PairContact* const pair : moving_) {
+  for (PairContact* const pair : visited()) {
     if (!pair->contact.can_hold()) continue;
     if (pair->contact.hold(motion_of(pair->base, pair->target, motion), next_s)) pair->known = false;
   }
@@ -439,17 +438,18 @@ void ContactInteraction::look_at_pair(PairContact& pair, const CellMotion& motio
 
 void ContactInteraction::run_task(std::size_t task, void* context) {
   const Work& work = *static_cast<Work*>(context);
-  work.self->evaluate_near(*work.self->moving_[task], *work.motion);
+  work.self->evaluate_near(*work.self->visited()[task], *work.motion);
 }
 
 void ContactInteraction::evaluate_all(const CellMotion& motion) {
   find_boxes(motion);
   Work work{this, &motion};
-  const bool ask = model_.parallel && executor_ != nullptr && moving_.size() > 1;
-  if (ask && executor_->begin(moving_.size()))
-    executor_->run(moving_.size(), run_task, &work);
+  const std::size_t count = visited().size();
+  const bool ask = model_.parallel && executor_ != nullptr && count > 1;
+  if (ask && executor_->begin(count))
+    executor_->run(count, run_task, &work);
   else
-    for (std::size_t i = 0; i < moving_.size(); ++i) run_task(i, &work);
+    for (std::size_t i = 0; i < count; ++i) run_task(i, &work);
   if (ask) executor_->end();
 }
 
@@ -469,7 +469,7 @@ void ContactInteraction::add_wrenches(const PairContact& pair, const CellMotion&
 
 void ContactInteraction::evaluate_moving(const CellMotion& motion, std::span<Wrench> wrenches) {
   evaluate_all(motion);
-  for (const PairContact* pair : moving_) add_wrenches(*pair, motion, wrenches);
+  for (const PairContact* pair : visited()) add_wrenches(*pair, motion, wrenches);
 }
 
 void ContactInteraction::evaluate(const CellMotion& motion, std::span<Wrench> wrenches) {
@@ -483,7 +483,7 @@ void ContactInteraction::evaluate(const CellMotion& motion, std::span<Wrench> wr
 void ContactInteraction::linearise(const CellMotion& motion, Linearisation linearisation,
                                    std::vector<PairLinearisation>& list) {
   find_boxes(motion);
-  for (PairContact* const moving : moving_) {
+  for (PairContact* const moving : visited()) {
     PairContact& pair = *moving;
     if (boxes_apart(pair)) continue;
     const RelativeMotion now = motion_of(pair.base, pair.target, motion);

@@ -84,6 +84,18 @@ class ContactInteraction {
   void set_asleep(const std::vector<char>& asleep);
   /// Acting pairs that may meet and have a side that can move, ascending.
   std::span<PairContact* const> moving() const { return moving_; }
+  /// Evaluations, linearisations and hold() visit these pairs alone, of the moving ones, with these components at their ends,
+  /// until attend_all(). Both lists must last until then.
+  void attend(std::span<PairContact* const> pairs, std::span<const int> ends) {
+    attended_ = pairs, attended_ends_ = ends, attends_ = true;
+  }
+  void attend_all() { attends_ = false; }
+  /// Number of near pairs beyond which update() allocates.
+  std::size_t room() const { return near_.capacity(); }
+  /// Of a component that acts.
+  const ContactSurface& surface(int component) const {
+    return *model_.surfaces[static_cast<std::size_t>(component)];
+  }
   /// Whether the bounds of a pair, each grown by half of `margin_m`, meet.
   bool bounds_meet(const PairContact& pair, const CellMotion& motion, double margin_m) const {
     return !(gap_m(pair, motion) > margin_m);
@@ -149,6 +161,7 @@ class ContactInteraction {
       return movable_grounds_.empty() || movable_grounds_[c] == 0;
     return asleep_[c] != 0;
   }
+  std::span<PairContact* const> visited() const { return attends_ ? attended_ : std::span(moving_); }
   void evaluate_all(const CellMotion& motion);
   void add_wrenches(const PairContact& pair, const CellMotion& motion, std::span<Wrench> wrenches) const;
   void find_boxes(const CellMotion& motion);
@@ -182,9 +195,12 @@ class ContactInteraction {
   ApproachSearch approach_;
   ContactPool pool_;
   std::vector<Near> near_;  ///< acting pairs that may meet, ascending; those asleep as of falling asleep
-  std::vector<Near> found_, next_;     ///< while they are found
-  std::vector<PairContact*> moving_;   ///< near pairs with a side that can move, ascending
-  std::vector<PairContact*> present_;  ///< all near pairs with a contact, ascending
+  std::vector<Near> found_, next_;          ///< while they are found
+  std::vector<PairContact*> moving_;        ///< near pairs with a side that can move, ascending
+  std::vector<PairContact*> present_;       ///< all near pairs with a contact, ascending
+  std::span<PairContact* const> attended_;  ///< of these, the ones to visit
+  std::span<const int> attended_ends_;
+  bool attends_ = false;
   Executor* executor_ = nullptr;
 };
 

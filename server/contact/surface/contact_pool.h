@@ -33,6 +33,21 @@ struct PairContact {
     contact.reset();
     known = frozen = false;
   }
+  /// Keeps from which the patch that is held follows, for a step that may be taken again, and its counterpart.
+  void keep_held() {
+    const HeldFrom* const from = contact.held_from();
+    kept_holds = from != nullptr;
+    if (kept_holds) kept_from = *from;
+  }
+  void hold_kept() {
+    const HeldFrom* const from = contact.held_from();
+    const bool holds = from != nullptr;
+    if (holds == kept_holds &&
+        (!holds || (from->most_s == kept_from.most_s && same_bits(from->motion, kept_from.motion))))
+      return;
+    kept_holds ? contact.hold_from(kept_from) : contact.release();
+    known = false;
+  }
 
   std::size_t number = 0;  ///< of the pair
   int base = -1, target = -1;
@@ -46,6 +61,8 @@ struct PairContact {
   bool frozen = false;     ///< the last call is that of the place where both sides lie still
   bool deep = false;       ///< an evaluation since passing() found it beyond `deep_m`
   double deep_m = 0.0;
+  bool kept_holds = false;
+  HeldFrom kept_from;
   ContactResult result;
   std::uint64_t made = 0, skipped = 0, apart = 0;
   std::uint64_t given_back = 0;  ///< the order

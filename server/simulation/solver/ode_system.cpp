@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "server/simulation/solver/islands.h"
+
 namespace takt {
 
 OdeSystem::OdeSystem(std::vector<PlantModel*> models, const ComponentInteraction& interaction,
@@ -40,6 +42,8 @@ OdeSystem::OdeSystem(std::vector<PlantModel*> models, const ComponentInteraction
   active_states_.reserve(segments_.size());
   active_bodies_.reserve(body_count);
   awake_.reserve(part_bodies_.size());
+  all_active_.reserve(segments_.size()), all_states_.reserve(segments_.size());
+  all_awake_.reserve(part_bodies_.size());
   wake_all();
 }
 
@@ -78,6 +82,32 @@ void OdeSystem::activate(std::span<const int> parts, bool fixed_bodies) {
   active_bodies_.insert(active_bodies_.end(), parts.begin(), parts.end());
 }
 
+void OdeSystem::attend(std::span<const std::size_t> segments, std::span<PairContact* const> pairs,
+                       std::span<const int> ends, Islands& islands) {
+  all_active_ = active_, all_states_ = active_states_, all_awake_ = awake_;
+  active_.clear(), active_states_.clear(), awake_.clear();
+  auto next = segments.begin();
+  for (const std::size_t i : all_active_) {
+    const Segment& segment = segments_[i];
+    const bool attended = next != segments.end() && *next == i;
+    if (attended) ++next;
+    if (!attended && segment.count > 0) continue;
+    active_.push_back(i);
+    if (!attended) continue;
+    active_states_.push_back({segment.begin, segment.begin + segment.count});
+    if (segment.model->body() >= 0) awake_.push_back(segment.model->body());
+  }
+  contacts_->attend(pairs, ends);
+  islands_ = &islands;
+}
+
+void OdeSystem::attend_all() {
+  if (islands_ == nullptr) return;
+  islands_ = nullptr;
+  active_.swap(all_active_), active_states_.swap(all_states_), awake_.swap(all_awake_);
+  contacts_->attend_all();
+}
+
 void OdeSystem::initial_state(std::span<double> x) const {
   for (const Segment& segment : segments_) segment.model->initial_state(x.data() + segment.begin);
 }
@@ -86,17 +116,18 @@ void OdeSystem::update_motion(double t, std::span<const double> x) {
   motion_.time_s = t;
   for (const std::size_t i : active_)
     segments_[i].model->write_motion(t, x.data() + segments_[i].begin, motion_);
+  if (islands_ != nullptr) islands_->watch(motion_);
 }
 
 void OdeSystem::evaluate_wrenches() {
-  if (!has_contacts()) {
+  if (!has_contacts() || islands_ != nullptr) {
     // A Gripper that released its load, or whose screwdriver stopped, must not keep its old wrench.
     for (const int body : stateless_bodies_) wrenches_[static_cast<std::size_t>(body)] = {};
     interaction_.evaluate(motion_, awake_, wrenches_);
   } else {
     interaction_.evaluate(motion_, wrenches_);
-    contacts_->evaluate_moving(motion_, wrenches_);
   }
+  if (has_contacts()) contacts_->evaluate_moving(motion_, wrenches_);
   for (const ForceElement* element : elements_) element->add_wrenches(motion_, wrenches_);
 }
 
@@ -172,9 +203,11 @@ void OdeSystem::jacobian(double t, std::span<const double> x, std::span<double> 
 }
 
 void OdeSystem::time_derivative(double t, std::span<const double> x, std::span<double> rate) const {
-  std::fill(rate.begin(), rate.end(), 0.0);
-  for (const Segment& segment : segments_)
+  for (const std::size_t i : active_) {
+    const Segment& segment = segments_[i];
+    std::fill_n(rate.begin() + static_cast<std::ptrdiff_t>(segment.begin), segment.count, 0.0);
     segment.model->time_derivative(t, x.data() + segment.begin, motion_, rate.data() + segment.begin);
+  }
 }
 
 void OdeSystem::state_scales(std::span<double> scales) const {

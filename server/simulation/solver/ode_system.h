@@ -13,6 +13,8 @@
 
 namespace takt {
 
+class Islands;
+
 class OdeSystem {
  public:
   /// Models in the order robots, grippers, Grounds, Parts. The interaction is read only. `contacts`: surface
@@ -32,6 +34,12 @@ class OdeSystem {
   void set_awake(std::span<const int> parts);
   /// All models again, Grounds included.
   void wake_all();
+  /// Within a step: restricts states, motion and forces to these segments with states (ascending), models without states,
+  /// and these pairs of surface contact with these ends, until attend_all(). All arguments must last until then; `islands`
+  /// watches the motions.
+  void attend(std::span<const std::size_t> segments, std::span<PairContact* const> pairs,
+              std::span<const int> ends, Islands& islands);
+  void attend_all();
   /// Number of Parts that may move.
   std::size_t awake_count() const { return awake_.size(); }
   /// A range of the state vector.
@@ -86,6 +94,10 @@ class OdeSystem {
     interaction_.linearise(motion_, awake_, of_friction, pairs);
     if (has_contacts()) contacts_->linearise(motion_, of_friction, pairs);
   }
+  /// All closed connections.
+  std::span<const PairConnection> connections() const { return interaction_.connections(); }
+  std::span<const ForceElement* const> force_elements() const { return elements_; }
+  const ContactInteraction* contacts() const { return contacts_; }
   /// Wrenches of the last derivatives() or update_wrenches().
   std::span<const Wrench> wrenches() const { return wrenches_; }
   /// Updates the motion at time t of models without states (kinematic robots and grippers).
@@ -128,6 +140,8 @@ class OdeSystem {
   double forces_s() const { return forces_s_; }
   void set_clock(double (*now_s)()) { clock_ = now_s; }
   void reset_counts() { evaluations_ = 0, forces_s_ = 0.0; }
+  /// For a solver that counts several evaluations as one.
+  void set_evaluations(std::uint64_t count) { evaluations_ = count; }
 
  private:
   void activate(std::span<const int> parts, bool fixed_bodies);
@@ -141,7 +155,12 @@ class OdeSystem {
   std::vector<std::size_t> active_;    ///< segments, in order
   std::vector<Range> active_states_;
   std::vector<int> active_bodies_;
-  std::vector<int> awake_;  ///< component ids of the Parts among them
+  std::vector<int> awake_;      ///< component ids of the Parts among them
+  Islands* islands_ = nullptr;  ///< while an island is attended
+  // Of all islands, meanwhile.
+  std::vector<std::size_t> all_active_;
+  std::vector<Range> all_states_;
+  std::vector<int> all_awake_;
   const ComponentInteraction& interaction_;
   ContactInteraction* contacts_;
   std::vector<const ForceElement*> elements_;

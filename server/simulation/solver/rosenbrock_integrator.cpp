@@ -35,6 +35,25 @@ double one_time(double t) {
   return 2e-14 * std::max(1.0, std::abs(t));
 }
 
+// Two equal steps rather than a large and a tiny one.
+double divided(double step, double left) {
+  return step >= left ? left : (2.0 * step > left ? 0.5 * left : step);
+}
+
+/// Each count of the one that has more.
+SolverStatistics most_of(const SolverStatistics& a, const SolverStatistics& b) {
+  SolverStatistics most = a;
+  for (std::uint64_t SolverStatistics::*const count :
+       {&SolverStatistics::steps, &SolverStatistics::rejected_steps, &SolverStatistics::evaluations,
+        &SolverStatistics::jacobians, &SolverStatistics::factorisations, &SolverStatistics::newton_failures,
+        &SolverStatistics::forced_steps})
+    most.*count = std::max(a.*count, b.*count);
+  most.largest_step_s = std::max(a.largest_step_s, b.largest_step_s);
+  if (a.smallest_step_s == 0.0 || (b.smallest_step_s != 0.0 && b.smallest_step_s < a.smallest_step_s))
+    most.smallest_step_s = b.smallest_step_s;
+  return most;
+}
+
 template <class Visit>
 void for_each_active(const OdeSystem& system, const Visit& visit) {
   for (const OdeSystem::Range& range : system.active_states())
@@ -45,32 +64,46 @@ void for_each_active(const OdeSystem& system, const Visit& visit) {
 RosenbrockIntegrator::RosenbrockIntegrator(const SolverParameters& parameters, const OdeSystem& system,
                                            CalmSteps calm_steps)
     : trial_(system, parameters.tolerance, statistics_, Linearisation::tangent),
+      islands_(system, trial_.units_of_bodies()),
       calm_steps_(calm_steps),
       indicators_(static_cast<std::size_t>(system.indicator_count())),
       new_indicators_(indicators_),
+      paces_(system.segments().size()),
+      next_paces_(paces_),
+      calm_segments_(paces_.size(), 0),
+      start_(static_cast<std::size_t>(system.state_count())),
       after_(-kInfinity),
       before_(kInfinity) {
   kept_segments_.reserve(system.segments().size());
 }
 
+void RosenbrockIntegrator::restart() {
+  restarted_ = true;
+  std::fill(paces_.begin(), paces_.end(), Pace{});
+  forget();
+}
+
 void RosenbrockIntegrator::reset() {
   Integrator::reset();
-  step_ = 0.0;
-  last_error_ = 1.0;
   after_ = -kInfinity;
 }
 
 // The kept matrix is not saved: forget().
 void RosenbrockIntegrator::save(StateWriter& out) const {
-  out.put(step_), out.put(last_error_), out.put(after_), out.put(before_), out.put(restarted_);
+  out.put_size(paces_.size());
+  for (const Pace& pace : paces_) out.put(pace.step), out.put(pace.last_error);
+  out.put(after_), out.put(before_), out.put(restarted_);
   out.put_size(indicators_.size());
   out.put(std::span<const double>(indicators_));
 }
 
 void RosenbrockIntegrator::load(StateReader& in) {
-  step_ = in.number(0.0, 1e6, "the solver's step");
-  if (step_ != 0.0 && step_ < kSmallestStep_s) in.fail("the solver's step is below its smallest");
-  last_error_ = in.number(kLeastError, 1e30, "the solver's last error");
+  in.expect_size(paces_.size(), "the solver's steps");
+  for (Pace& pace : paces_) {
+    pace.step = in.number(0.0, 1e6, "the solver's step");
+    if (pace.step != 0.0 && pace.step < kSmallestStep_s) in.fail("the solver's step is below its smallest");
+    pace.last_error = in.number(kLeastError, 1e30, "the solver's last error");
+  }
   after_ = in.number(-kInfinity, kInfinity, "a corner's time");
   before_ = in.number(-kInfinity, kInfinity, "a corner's time");
   if (!(after_ <= before_)) in.fail("the corners' times are not in order");
@@ -140,6 +173,10 @@ bool RosenbrockIntegrator::step_calmly(OdeSystem& system, double t, double h, bo
   calm_ = finite &&
           (trial_.error() <= kCalmError || (follows && trial_.error_by_change(system, x) <= kCalmChange)) &&
           mode_ends_at(system, t + h) > 1.0;
+  if (finite && !calm_)
+    note_calm(system, follows, x);
+  else
+    std::fill(calm_segments_.begin(), calm_segments_.end(), 0);
   if (calm_ || !kept) {
     remembers_ = finite;
     if (finite) trial_.remember();
@@ -160,24 +197,35 @@ bool RosenbrockIntegrator::step_calmly(OdeSystem& system, double t, double h, bo
   return false;
 }
 
-bool RosenbrockIntegrator::find_step(OdeSystem& system, double t, double whole_s, double& h, bool& mode_ends,
-                                     std::span<double> x) {
-  trial_.limit_times(after_, before_);
-  calm_ = false;
-  const bool try_calmly = calm_steps_ == CalmSteps::two_stages && whole_s > 0.0 && busy_steps_ == 0;
-  const bool kept = try_calmly && kept_steps_ > 0 && fresh_steps_ == 0 && same_models(system, whole_s);
-  if (try_calmly && fresh_steps_ > 0) --fresh_steps_;
-  if (!begin(system, t, h, kept, x)) return false;
-  if (try_calmly) {
-    mode_ends = false;
+void RosenbrockIntegrator::note_calm(const OdeSystem& system, bool follows, std::span<const double> x) {
+  if (follows) trial_.error_by_change(system, x);
+  for (const std::size_t segment : system.active_segments())
+    calm_segments_[segment] = system.segments()[segment].count > 0 &&
+                              (trial_.error_of(system, segment, x) <= kCalmError ||
+                               (follows && trial_.change_of(system, segment, x) <= kCalmChange));
+}
+
+bool RosenbrockIntegrator::try_whole(OdeSystem& system, double t, double whole_s, double h, bool& begun,
+                                     std::span<const double> x) {
+  if (calm_steps_ == CalmSteps::two_stages && busy_steps_ == 0) {
+    const bool kept = kept_steps_ > 0 && fresh_steps_ == 0 && same_models(system, whole_s);
+    if (fresh_steps_ > 0) --fresh_steps_;
+    if (!begin(system, t, h, kept, x)) return false;
     if (step_calmly(system, t, whole_s, kept, x)) return true;
     if (kept) {
       if (!begin(system, t, h, false, x)) return false;
       if (step_calmly(system, t, whole_s, false, x)) return true;
     }
+    begun = true;
   }
+  if (busy_steps_ > 0) --busy_steps_;
+  return true;
+}
+
+bool RosenbrockIntegrator::find_step(OdeSystem& system, double t, double& h, bool begun, bool& mode_ends,
+                                     std::span<const double> x) {
   kept_steps_ = 0;
-  if (whole_s > 0.0 && busy_steps_ > 0) --busy_steps_;
+  if (!begun && !begin(system, t, h, false, x)) return false;
   int locating = 0;
   rejected_ = false;
   while (true) {
@@ -191,12 +239,14 @@ bool RosenbrockIntegrator::find_step(OdeSystem& system, double t, double whole_s
       }
       ++statistics_.rejected_steps;
       rejected_ = true;
+      islands_.reject();
       step_ = h = std::max(kAfterNotFinite * h, kSmallestStep_s);
       continue;
     }
     if (outcome == Outcome::too_large && !smallest) {
       ++statistics_.rejected_steps;
       rejected_ = true;
+      islands_.reject();
       const double factor = kSafety * std::pow(trial_.error(), -1.0 / 3.0);
       step_ = h = std::max(h * std::clamp(factor, kLeastFactor, 0.9), kSmallestStep_s);
       continue;
@@ -205,10 +255,10 @@ bool RosenbrockIntegrator::find_step(OdeSystem& system, double t, double whole_s
       ++statistics_.forced_steps;
       // Whatever its error, the step must not drive.
       trial_.set_linearisation(Linearisation::secant);
-      const bool begun =
+      const bool stepped =
           begin(system, t, h, false, x) && trial_.four_stages(system, t, h, x) != Outcome::not_finite;
       trial_.set_linearisation(Linearisation::tangent);
-      if (!begun) {
+      if (!stepped) {
         failure_ = "no step succeeded, however small, at t = " + std::to_string(t) + " s";
         return false;
       }
@@ -221,11 +271,88 @@ bool RosenbrockIntegrator::find_step(OdeSystem& system, double t, double whole_s
   }
 }
 
+void RosenbrockIntegrator::read_paces(const OdeSystem& system, std::span<const std::size_t> segments) {
+  step_ = kInfinity, last_error_ = kLeastError;
+  for (const std::size_t segment : segments) {
+    if (system.segments()[segment].count == 0) continue;
+    step_ = std::min(step_, paces_[segment].step);
+    last_error_ = std::max(last_error_, paces_[segment].last_error);
+  }
+}
+
+bool RosenbrockIntegrator::take_pieces(OdeSystem& system, double t, double end, std::span<double> x) {
+  for (double now = t; end - now > one_time(end);) {
+    const double left = end - now;
+    double size = divided(step_, left);
+    bool mode_ends = false;
+    if (!begin(system, now, size, false, x)) return false;
+    islands_.accept();
+    if (!find_step(system, now, size, true, mode_ends, x)) return false;
+    islands_.accept();
+    for_each_active(system, [&](std::size_t i) { x[i] = trial_.new_x()[i]; });
+    note_step(size);
+    next_size(size, size < step_);
+    now = size == left ? end : now + size;
+  }
+  return true;
+}
+
+bool RosenbrockIntegrator::take_island(OdeSystem& system, double t, double h, std::size_t island,
+                                       std::span<double> x) {
+  const auto segments = islands_.segments(island);
+  const Islands::Attention attention(islands_, system, island);
+  if (std::all_of(segments.begin(), segments.end(),
+                  [this](std::size_t i) { return calm_segments_[i] != 0; })) {
+    // Forces were taken at the beginning and at the second stage.
+    system.update_motion(trial_.clamped(t), start_);
+    system.update_motion(trial_.clamped(t + h), trial_.stage_x());
+    islands_.accept();
+    for_each_active(system, [&](std::size_t i) { x[i] = trial_.new_x()[i]; });
+    return true;
+  }
+  for_each_active(system, [&](std::size_t i) { x[i] = start_[i]; });
+  read_paces(system, segments);
+  if (step_ <= 0.0) step_ = std::min(kFirstStep_s, h);
+  if (!take_pieces(system, t, t + h, x)) return false;
+  for (const std::size_t i : segments) next_paces_[i] = {step_, last_error_}, calm_segments_[i] = 0;
+  return true;
+}
+
+bool RosenbrockIntegrator::take_islands(OdeSystem& system, double t, double h, bool tried,
+                                        std::span<double> x) {
+  kept_steps_ = 0;
+  if (!tried) std::fill(calm_segments_.begin(), calm_segments_.end(), 0);
+  for_each_active(system, [&](std::size_t i) { start_[i] = x[i]; });
+  next_paces_ = paces_;
+  do {
+    const SolverStatistics before = statistics_;
+    const std::uint64_t evaluations_before = system.evaluations();
+    SolverStatistics most = before;
+    std::uint64_t most_evaluations = evaluations_before;
+    for (std::size_t island = 0; island < islands_.count(); ++island) {
+      if (!islands_.is_new(island)) continue;
+      statistics_ = before, system.set_evaluations(evaluations_before);
+      if (!take_island(system, t, h, island, x)) return false;
+      most = most_of(most, statistics_), most_evaluations = std::max(most_evaluations, system.evaluations());
+    }
+    statistics_ = most, system.set_evaluations(most_evaluations);
+  } while (islands_.join_met());
+  paces_ = next_paces_;
+  // The trial by two stages was worth its cost.
+  const auto awake = system.active_segments();
+  const auto calm =
+      std::count_if(awake.begin(), awake.end(), [this](std::size_t i) { return calm_segments_[i] != 0; });
+  if (2 * static_cast<std::size_t>(calm) >= system.awake_count()) busy_steps_ = 0;
+  return true;
+}
+
 bool RosenbrockIntegrator::take_step(OdeSystem& system, double t, double h, std::span<double> x) {
   if (system.active_states().empty()) return true;
   const double end = t + h;
+  read_paces(system, system.active_segments());
   if (step_ <= 0.0) step_ = std::min(kFirstStep_s, h);
   double now = t;
+  bool by_islands = false;
   if (after_ > t + one_time(t)) after_ = -kInfinity;  // the time was set back
   if (restarted_) {
     ++statistics_.restarts;
@@ -246,22 +373,32 @@ bool RosenbrockIntegrator::take_step(OdeSystem& system, double t, double h, std:
     const double stop = event_within ? std::min(event, end) : end;
     const double left = stop - now;
     if (left > one_time(stop)) {
-      // Two equal steps rather than a large and a tiny one.
-      double size = step_ >= left ? left : (2.0 * step_ > left ? 0.5 * left : step_);
-      bool mode_ends = false;
+      double size = divided(step_, left);
+      bool mode_ends = false, begun = false;
       const bool whole = now == t && stop == end;
       if (now == t && (!whole || busy_steps_ > 0)) remembers_ = false;
-      if (!find_step(system, now, whole ? h : 0.0, size, mode_ends, x)) return false;
-      if (calm_) size = left;
-      for_each_active(system, [&](std::size_t i) { x[i] = trial_.new_x()[i]; });
-      note_step(size);
-      if (!calm_) next_size(size, size < step_);
-      now = size == left ? stop : now + size;
-      if (mode_ends)
-        switch_modes(system, now, x);
-      else
-        std::swap(indicators_, new_indicators_);
-      if (stop - now > one_time(stop)) continue;
+      trial_.limit_times(after_, before_);
+      calm_ = false;
+      if (whole) {
+        if (!try_whole(system, now, h, size, begun, x)) return false;
+        by_islands = !calm_ && islands_.find(system, trial_.clamped(now), h, x) > 1;
+      }
+      if (by_islands) {
+        if (!take_islands(system, now, h, begun, x)) return false;
+        now = stop;
+      } else {
+        if (!calm_ && !find_step(system, now, size, begun, mode_ends, x)) return false;
+        if (calm_) size = left;
+        for_each_active(system, [&](std::size_t i) { x[i] = trial_.new_x()[i]; });
+        note_step(size);
+        if (!calm_) next_size(size, size < step_);
+        now = size == left ? stop : now + size;
+        if (mode_ends)
+          switch_modes(system, now, x);
+        else
+          std::swap(indicators_, new_indicators_);
+        if (stop - now > one_time(stop)) continue;
+      }
     }
     if (event_within) {
       after_ = event;
@@ -269,8 +406,13 @@ bool RosenbrockIntegrator::take_step(OdeSystem& system, double t, double h, std:
       ++statistics_.restarts;
       switch_modes(system, now, x);
       last_error_ = 1.0;
+      for (Pace& pace : paces_) pace.last_error = 1.0;
     }
-    if (end - now <= one_time(end)) return true;
+    if (end - now <= one_time(end)) {
+      if (!by_islands && !calm_)
+        for (const std::size_t i : system.active_segments()) paces_[i] = {step_, last_error_};
+      return true;
+    }
     now = stop;
   }
 }

@@ -15,12 +15,19 @@
 // discontinuities and whenever the state is saved. Where a kept matrix fails, one of the step itself is tried; after
 // two failures in a row four stages serve for kBusySteps communication steps.
 //
+// Where a communication step is not calm, its islands (islands.h) are integrated one after another, each with steps of its
+// own, so that an impact shortens only the steps of what it can reach; islands whose part of the trial by two
+// stages was calm keep that. A step without islands has the steps of the worst model. The size of the next step is
+// kept by model: that of an island is the least of its models. Each count of the statistics is that of the island that
+// has most, so that it compares with that of a cell that is one island.
+//
 // The cost of a communication step is bounded: below the smallest step a step is accepted with any error
 // (SolverStatistics::forced_steps), with the secant of friction, which never drives. Only derivatives that are not
 // finite are a failure.
 #include <vector>
 
 #include "server/simulation/solver/integrator.h"
+#include "server/simulation/solver/islands.h"
 #include "server/simulation/solver/rosenbrock_step.h"
 
 namespace takt {
@@ -33,7 +40,7 @@ class RosenbrockIntegrator final : public Integrator {
 
   RosenbrockIntegrator(const SolverParameters& parameters, const OdeSystem& system,
                        CalmSteps calm_steps = CalmSteps::four_stages);
-  void restart() override { restarted_ = true, step_ = 0.0, forget(); }
+  void restart() override;
   void reset() override;
   void forget() override { kept_steps_ = busy_steps_ = fresh_steps_ = 0, remembers_ = false; }
   void save(StateWriter& out) const override;
@@ -51,9 +58,20 @@ class RosenbrockIntegrator final : public Integrator {
   void switch_modes(OdeSystem& system, double t, std::span<double> x);
   /// Share of the trial step at which the first initial mode ends; above 1: all modes last.
   double mode_ends_at(OdeSystem& system, double t_end);
-  /// `whole_s`: the communication step, if all of it is left and no corner is within, else 0.
-  bool find_step(OdeSystem& system, double t, double whole_s, double& h, bool& mode_ends,
-                 std::span<double> x);
+  /// Tries the whole communication step by two stages, unless it is expected to fail: calm_. Otherwise the trial is
+  /// begun for four stages of h, if it was tried: `begun`. False: failure_.
+  bool try_whole(OdeSystem& system, double t, double whole_s, double h, bool& begun,
+                 std::span<const double> x);
+  /// An accepted trial of up to h by four stages.
+  bool find_step(OdeSystem& system, double t, double& h, bool begun, bool& mode_ends,
+                 std::span<const double> x);
+  /// Steps by four stages, of models without modes and corners.
+  bool take_pieces(OdeSystem& system, double t, double end, std::span<double> x);
+  /// The communication step by the islands that were found. `tried`: the trial by two stages is of this step.
+  bool take_islands(OdeSystem& system, double t, double h, bool tried, std::span<double> x);
+  bool take_island(OdeSystem& system, double t, double h, std::size_t island, std::span<double> x);
+  void read_paces(const OdeSystem& system, std::span<const std::size_t> segments);
+  void note_calm(const OdeSystem& system, bool follows, std::span<const double> x);
   /// The derivatives at (t, x), and a new matrix unless it is kept.
   bool begin(OdeSystem& system, double t, double h, bool keeps_matrix, std::span<const double> x);
   /// As in the last trial by two stages.
@@ -61,12 +79,21 @@ class RosenbrockIntegrator final : public Integrator {
   /// Trial of the whole communication step by two stages. False: the motion is not calm.
   bool step_calmly(OdeSystem& system, double t, double h, bool kept, std::span<const double> x);
 
+  /// Of a segment, from one step to the next.
+  struct Pace {
+    double step = 0.0;        ///< proposal for the next step; 0: undefined
+    double last_error = 1.0;  ///< of the last accepted step
+  };
+
   RosenbrockStep trial_;
+  Islands islands_;
   CalmSteps calm_steps_;
   std::vector<double> indicators_, new_indicators_;
-  double step_ = 0.0;        ///< proposal for the next step; 0: undefined
-  double last_error_ = 1.0;  ///< of the last accepted step
-  bool rejected_ = false;    ///< the present step was tried with a larger size
+  std::vector<Pace> paces_, next_paces_;  ///< by segment; at the end of a step by islands
+  std::vector<char> calm_segments_;       ///< in the last trial by two stages
+  std::vector<double> start_;             ///< state at the beginning of a step by islands
+  double step_ = 0.0, last_error_ = 1.0;  ///< of the models that are integrated at present
+  bool rejected_ = false;                 ///< the present step was tried with a larger size
   bool restarted_ = true;
   bool calm_ = false;       ///< the present step was taken by two stages
   bool remembers_ = false;  ///< the last trial by two stages was one communication step earlier

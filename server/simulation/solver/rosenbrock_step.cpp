@@ -173,8 +173,8 @@ RosenbrockStep::Outcome RosenbrockStep::judge(const OdeSystem& system, std::span
 
 double RosenbrockStep::error_by_change(const OdeSystem& system, std::span<const double> x) {
   for_each_active(system,
-                  [&](std::size_t i) { work_[i] = kOfChange / kOfEuler * (errors_[i] - remembered_[i]); });
-  return error_of(system, x, work_);
+                  [&](std::size_t i) { u_[2][i] = kOfChange / kOfEuler * (errors_[i] - remembered_[i]); });
+  return error_of(system, x, u_[2]);
 }
 
 void RosenbrockStep::remember() {
@@ -186,18 +186,23 @@ double RosenbrockStep::error_of(const OdeSystem& system, std::span<const double>
                                 std::span<const double> errors) const {
   double worst = 0.0;
   for (const std::size_t s : system.active_segments()) {
-    const OdeSystem::Segment& segment = system.segments()[s];
-    if (segment.count == 0) continue;
-    double sum = 0.0;
-    for (std::size_t i = segment.begin; i < segment.begin + segment.count; ++i) {
-      const double size = std::max(std::abs(x[i]), std::abs(new_x_[i])) + scales_[i];
-      const double e = errors[i] / (tolerance_ * size);
-      sum += e * e;
-    }
-    const double mean = sum / static_cast<double>(segment.count);
-    if (!(mean <= worst)) worst = mean;
+    const double error = error_of(system, s, x, errors);
+    if (!(error <= worst)) worst = error;
   }
-  return std::sqrt(worst);
+  return worst;
+}
+
+double RosenbrockStep::error_of(const OdeSystem& system, std::size_t segment, std::span<const double> x,
+                                std::span<const double> errors) const {
+  const std::size_t begin = system.segments()[segment].begin, count = system.segments()[segment].count;
+  if (count == 0) return 0.0;
+  double sum = 0.0;
+  for (std::size_t i = begin; i < begin + count; ++i) {
+    const double size = std::max(std::abs(x[i]), std::abs(new_x_[i])) + scales_[i];
+    const double e = errors[i] / (tolerance_ * size);
+    sum += e * e;
+  }
+  return std::sqrt(sum / static_cast<double>(count));
 }
 
 }  // namespace takt

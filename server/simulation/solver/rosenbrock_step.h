@@ -46,16 +46,28 @@ class RosenbrockStep {
   Outcome euler(OdeSystem& system, double h, std::span<const double> x);
 
   const std::vector<double>& new_x() const { return new_x_; }
+  /// Where the last trial of two stages took its second derivatives.
+  const std::vector<double>& stage_x() const { return work_; }
   /// Error of the last trial of two or four stages, in units of the tolerance.
   double error() const { return error_; }
   /// Of the last trial of two stages from x, by how its difference from Euler's method differs from that of the
   /// trial that was remembered, one step of the same size earlier: of order 2, so that steady acceleration has none.
   double error_by_change(const OdeSystem& system, std::span<const double> x);
+  /// The same two of one segment; the second one after error_by_change().
+  double error_of(const OdeSystem& system, std::size_t segment, std::span<const double> x) const {
+    return error_of(system, segment, x, errors_);
+  }
+  double change_of(const OdeSystem& system, std::size_t segment, std::span<const double> x) const {
+    return error_of(system, segment, x, u_[2]);
+  }
+  std::span<const int> units_of_bodies() const { return linear_.units_of_bodies(); }
   /// Remembers the last trial of two stages.
   void remember();
 
  private:
   double error_of(const OdeSystem& system, std::span<const double> x, std::span<const double> errors) const;
+  double error_of(const OdeSystem& system, std::size_t segment, std::span<const double> x,
+                  std::span<const double> errors) const;
   Outcome judge(const OdeSystem& system, std::span<const double> x);
   bool factorise(double a, double b);
   bool take_derivatives(const OdeSystem& system, double t, std::span<const double> x);

@@ -50,6 +50,8 @@ class VelocitySystem {
   /// OdeSystem::time_derivative.
   void solve(std::span<double> r, double rate_share = 0.0);
 
+  /// Index of the segment that moves a body with velocities of its own, or -1.
+  std::span<const int> units_of_bodies() const { return unit_of_body_; }
   std::size_t group_count() const { return groups_.size(); }
   std::size_t largest_group() const { return largest_group_; }  ///< velocities
   std::span<const PairLinearisation> pairs() const { return pairs_; }
