@@ -70,8 +70,8 @@ TEST(Script, AnUnknownFunctionIsAnErrorWithLineAndColumn) {
 TEST(Script, WhatTaktDoesNotRunIsRefused) {
   for (const char* text :
        {"def a():\n  x = 1\nend", "def a():\n  if x > 1:\n  end\nend", "def a():\n  movej(q)\nend",
-        "def a():\n  stopj(0.1\nend", "def a():\n  stopj(nan)\nend", "def a():\n end\nend", "def 7a():\nend",
-        "def a():\n stopj(1)", "stopj(1) stopj(2)", "while True:\n"})
+        "def a():\n  stopj(0.1\nend", "def a():\n  stopj(nan)\nend", "stopj(1e300)", "stopj(-1e10)",
+        "def a():\n end\nend", "def 7a():\nend", "def a():\n stopj(1)", "stopj(1) stopj(2)", "while True:\n"})
     EXPECT_THROW(parse_program(text), ScriptError) << text;
 }
 

@@ -31,6 +31,7 @@ PROGRAM = """def rtde_control():
 end
 """
 READY, DONE = 1, 2
+SET_TCP = 29
 MOVEJ, MOVEJ_IK, MOVEL, SPEEDJ, SERVOJ = 1, 2, 3, 9, 11
 SPEED_STOP, SERVO_STOP, INVERSE_KINEMATICS, STOPJ, IN_LIMITS, POSE_TRANS, FORWARD_KINEMATICS, PATH, STOP_PROGRAM = (
     15, 16, 30, 34, 37, 39, 44, 45, 255)
@@ -179,3 +180,14 @@ def test_a_path_is_followed_with_its_blends(robot, opened):
     assert 1e-3 < min(least) < 0.1, "past the point, not through it"
     control.write(0)
     control.end()
+
+
+def test_values_that_no_robot_has_end_the_program(robot, opened):
+    _, ports, gateway = robot
+    control = Control(opened, ports)
+    before = control.wait(lambda s: True)["target_q"]
+    control.write(SET_TCP, [0.0, 0.0, 0.0, 1e200, 0.0, 0.0])
+    control.wait(lambda s: s["runtime_state"] == 1)
+    gateway.wait_for_line("input_double_register_3", "allowed")
+    assert control.wait(lambda s: True)["target_q"] == pytest.approx(before, abs=1e-4)
+    control.write(0)

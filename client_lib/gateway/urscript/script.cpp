@@ -45,6 +45,9 @@ constexpr std::array<std::string_view, 36> kFunctions{"textmsg",
                                                       "write_output_float_register",
                                                       "write_output_integer_register"};
 
+/// No number of a robot is larger; squares and whole numbers of it exist.
+constexpr double kLargest = 1e9;
+
 bool is_blank(char c) {
   return c == ' ' || c == '\t' || c == '\r';
 }
@@ -198,7 +201,7 @@ class CallReader {
     std::string_view text = code_.substr(begin, at_ - begin);
     if (!text.empty() && text.front() == '+') text.remove_prefix(1);
     const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (problem != std::errc{} || end != text.data() + text.size() || !std::isfinite(value)) {
+    if (problem != std::errc{} || end != text.data() + text.size() || !(std::abs(value) <= kLargest)) {
       at_ = begin;
       fail("syntax_error: takt allows constants here (a number, True, False, a text, [..], p[..])");
     }

@@ -8,6 +8,8 @@ namespace {
 
 using urscript::Literal;
 
+/// No value of a robot is larger.
+constexpr double kLargest = 1e6;
 constexpr int kReady = 1, kDone = 2, kStopProgram = 255;
 /// Positions that get_actual_joint_positions_history() knows, and the most cycles of a contact.
 constexpr std::size_t kHistory = 500;
@@ -34,8 +36,11 @@ RegisterProgram::RegisterProgram(UrController& controller, const urscript::Progr
 }
 
 double RegisterProgram::real(int number) const {
-  const auto& inputs = controller_.inputs();
-  return inputs["input_double_register_" + std::to_string(registers_.first_double + number)].real[0];
+  const std::string name = "input_double_register_" + std::to_string(registers_.first_double + number);
+  const double value = controller_.inputs()[name].real[0];
+  if (!(std::abs(value) <= kLargest))
+    throw urscript::ScriptError(1, 1, name + ": allowed: numbers from -1e6 to 1e6");
+  return value;
 }
 
 int RegisterProgram::whole(int number) const {
