@@ -191,6 +191,22 @@ TEST(EgmMessages, NumbersThatAreNotFiniteAreNeverSent) {
   EXPECT_THAT(read.message->force, ElementsAre(0.0, 1.0));
 }
 
+TEST(EgmMessages, AMessageThatIsCutAtAnyByteHasNoOtherValues) {
+  // A message is a list of fields: one that is cut between two of them is one with fewer.
+  const std::string bytes = kGoldenEgmRobot;
+  const auto whole = decode_robot(bytes);
+  ASSERT_TRUE(whole.message) << whole.fault;
+  int refused = 0;
+  for (std::size_t cut = 0; cut < bytes.size(); ++cut) {
+    const auto read = decode_robot(bytes.substr(0, cut));
+    refused += read.message ? 0 : 1;
+    if (!read.message) continue;
+    const auto& joints = read.message->feed_back.joints;
+    EXPECT_TRUE(joints == whole.message->feed_back.joints || joints == Robot{}.feed_back.joints) << cut;
+  }
+  EXPECT_GT(refused, static_cast<int>(bytes.size()) / 2);
+}
+
 TEST(EgmMessages, RandomChangesOfBytesNeverGiveANumberThatIsNotFinite) {
   std::mt19937 random(11);
   for (int round = 0; round < 50000; ++round) {

@@ -158,6 +158,15 @@ TEST(RsiMessages, InvalidMessagesAreRefusedWithTheReason) {
               HasSubstr("AIPos.A6 is missing"));
 }
 
+TEST(RsiMessages, AMessageThatIsCutAtAnyByteIsRefused) {
+  const auto configuration = rsi_configuration();
+  const std::string sen = kGoldenSen, rob = kGoldenRob;
+  for (std::size_t cut = 0; cut < sen.find_last_of('>'); ++cut)
+    EXPECT_FALSE(parse_sen(configuration, sen.substr(0, cut)).message) << cut;
+  for (std::size_t cut = 0; cut < rob.find_last_of('>'); ++cut)
+    EXPECT_FALSE(parse_rob(configuration, rob.substr(0, cut)).message) << cut;
+}
+
 TEST(RsiMessages, RandomChangesOfBytesNeverGiveANumberThatIsNotFinite) {
   std::mt19937 random(7);
   const auto configuration = rsi_configuration();

@@ -87,6 +87,21 @@ TEST(RtdeServer, GoldenTranscript) {
   EXPECT_EQ(session->receive(kStart), bytes("0004 53 00"));
 }
 
+TEST(RtdeServer, ADataPackageMayLeaveOutTheLastInputsOfItsRecipe) {
+  Controller controller;
+  const auto session = controller.session();
+  session->receive(kVersion2 + kInputs);
+  EXPECT_EQ(session->receive(bytes("0005 55 01 07")), "");
+  ASSERT_EQ(controller.written.size(), 1U);
+  ASSERT_EQ(controller.written[0].size(), 1U);
+  EXPECT_EQ(controller.written[0][0].value.whole[0], 7);
+  // None at all, a number that is cut, and one byte too many.
+  for (const char* wrong : {"0004 55 01", "0007 55 01 07 07 3f", "000f 55 01 07 07 3fd0000000000000 00"}) {
+    EXPECT_NE(session->receive(bytes(wrong)), "") << wrong;
+    EXPECT_EQ(controller.written.size(), 1U) << wrong;
+  }
+}
+
 TEST(RtdeServer, SendsEachSoManyCycles) {
   Controller controller;
   const auto session = controller.session();

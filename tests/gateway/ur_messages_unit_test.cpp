@@ -1,10 +1,13 @@
 // Primary interface, external control and dashboard: bytes and lines as the drivers read and write them.
 #include <gtest/gtest.h>
 
+#include <map>
+
 #include "client_lib/gateway/rtde/big_endian.h"
 #include "client_lib/gateway/rtde/dashboard.h"
 #include "client_lib/gateway/rtde/external_control.h"
 #include "client_lib/gateway/rtde/primary.h"
+#include "client_lib/gateway/rtde/realtime.h"
 
 namespace {
 
@@ -40,15 +43,88 @@ TEST(Primary, SizesOfSubPackagesAreThoseOfTheInterface) {
   EXPECT_EQ(reader.u8(), 0);
 }
 
+double number_at(const std::string& bytes, std::size_t at) {
+  return Reader(std::string_view(bytes).substr(at)).f64();
+}
+
+TEST(Primary, SubPackagesOfTheOutputsHaveTheLayoutThatReadersExpect) {
+  // Sizes and places of the formats of SintefManufacturing/python-urx, ursecmon.py, and of the Client Interface guide.
+  Table outputs = output_table();
+  const std::array<double, 6> q{1.0, 2.0, 3.0, 4.0, 5.0, 6.0};
+  outputs.set_vector("target_q", q);
+  outputs["joint_mode"].whole = {250, 251, 252, 253, 254, 255};
+  const std::string joints = joint_data(outputs);
+  ASSERT_EQ(joints.size(), 251U);
+  for (std::size_t i = 0; i < 6; ++i) {
+    EXPECT_EQ(number_at(joints, 5 + 41 * i + 8), q.at(i));
+    EXPECT_EQ(static_cast<unsigned char>(joints[5 + 41 * i + 40]), 250 + i);
+  }
+  outputs.set("tool_analog_input1", 2.5);
+  outputs.set_whole("tool_output_voltage", 24);
+  outputs.set_whole("tool_mode", 253);
+  const std::string tool = tool_data(outputs);
+  ASSERT_EQ(tool.size(), 37U);
+  EXPECT_EQ(number_at(tool, 15), 2.5);
+  EXPECT_EQ(tool[27], 24);
+  EXPECT_EQ(static_cast<unsigned char>(tool[36]), 253);
+  outputs.set_vector("actual_TCP_pose", q);
+  outputs.set_vector("tcp_offset", std::array{7.0});
+  outputs.set_vector("actual_TCP_force", q);
+  const std::string cartesian = cartesian_info(outputs), force = force_mode_data(outputs);
+  ASSERT_EQ(cartesian.size(), 101U);
+  EXPECT_EQ(number_at(cartesian, 45), 6.0);
+  EXPECT_EQ(number_at(cartesian, 53), 7.0);
+  ASSERT_EQ(force.size(), 61U);
+  EXPECT_EQ(number_at(force, 45), 6.0);
+  EXPECT_EQ(additional_info(true).size(), 9U);
+  EXPECT_EQ(tool_mode_info(outputs).size(), 8U);
+}
+
+TEST(RealTime, PackagesHaveTheSizesAndPlacesOfTheirVersions) {
+  // Sizes: jhu-saw/sawUniversalRobot and roboticslibrary/rl. Places: the guide's table, as many programs have them built in.
+  Table outputs = output_table();
+  const std::map<std::size_t, const char*> places{{4, "timestamp"},
+                                                  {12, "target_q"},
+                                                  {252, "actual_q"},
+                                                  {300, "actual_qd"},
+                                                  {444, "actual_TCP_pose"},
+                                                  {492, "actual_TCP_speed"},
+                                                  {540, "actual_TCP_force"},
+                                                  {588, "target_TCP_pose"},
+                                                  {684, "actual_digital_input_bits"},
+                                                  {756, "robot_mode"},
+                                                  {764, "joint_mode"},
+                                                  {812, "safety_mode"},
+                                                  {940, "speed_scaling"},
+                                                  {1044, "actual_digital_output_bits"},
+                                                  {1052, "runtime_state"},
+                                                  {1108, "safety_status"},
+                                                  {1140, "payload"}};
+  double next = 1.0;
+  for (const auto& [at, name] : places) {
+    outputs[name].real[0] = next;
+    outputs[name].whole[0] = static_cast<std::int64_t>(next++);
+  }
+  for (const auto& [minor, size] : {std::pair{0, 1108U}, {4, 1116U}, {9, 1140U}, {10, 1220U}, {21, 1220U}}) {
+    const std::string package = realtime_package(outputs, minor);
+    ASSERT_EQ(package.size(), size) << minor;
+    EXPECT_EQ(Reader(package).i32(), static_cast<std::int32_t>(size));
+    double expected = 1.0;
+    for (const auto& [at, name] : places) {
+      if (at < size) {
+        EXPECT_EQ(number_at(package, at), expected) << name;
+      }
+      ++expected;
+    }
+  }
+}
+
 TEST(Primary, KinematicsAndConfigurationHaveTheirOwnOrders) {
   DhParameters dh;
   dh.theta[0] = 1.0;
   dh.a[0] = 2.0;
   dh.d[0] = 3.0;
   dh.alpha[0] = 4.0;
-  const auto number_at = [](const std::string& bytes, std::size_t at) {
-    return Reader(std::string_view(bytes).substr(at)).f64();
-  };
   const std::string kinematics = kinematics_info(dh);
   for (std::size_t i = 0; i < 4; ++i)
     EXPECT_EQ(number_at(kinematics, 5 + 24 + 48 * i), 1.0 + static_cast<double>(i)) << i;
@@ -133,7 +209,11 @@ TEST(Dashboard, RepliesAreThoseOfTheServer) {
   DashboardPeer robot;
   DashboardState state;
   const auto ask = [&](const char* line) { return dashboard_reply(line, "127.0.0.1", robot, state).line; };
-  EXPECT_EQ(ask("PolyscopeVersion\r"), "URSoftware 5.21.0 (takt)");
+  // Four numbers, as clients look for them: \d+.\d+.\d+.\d+ in ur_rtde.
+  EXPECT_EQ(ask("PolyscopeVersion\r"), "URSoftware 5.21.0.0 (Jan 01 2024)");
+  EXPECT_EQ(ask("version"), "5.21.0.0");
+  EXPECT_EQ(ask("setUserRole operator"), "Setting user role: operator");
+  EXPECT_EQ(ask("getUserRole"), "OPERATOR");
   EXPECT_EQ(ask("robotmode"), "Robotmode: POWER_OFF");
   EXPECT_EQ(ask("power on"), "Powering on");
   EXPECT_EQ(ask("robotmode"), "Robotmode: IDLE");
@@ -152,6 +232,7 @@ TEST(Dashboard, RepliesAreThoseOfTheServer) {
   EXPECT_EQ(ask("load installation other.installation"), "File not found: other.installation");
   EXPECT_EQ(ask("nonsense"), "could not understand: 'nonsense'");
   EXPECT_TRUE(dashboard_reply("quit", "", robot, state).quit);
+  EXPECT_TRUE(dashboard_reply("shutdown", "", robot, state).quit);
 }
 
 }  // namespace

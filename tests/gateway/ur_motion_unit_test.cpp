@@ -171,6 +171,32 @@ TEST(UrMotion, StopBrakesWithItsDeceleration) {
   EXPECT_NEAR(0.002 * robot.run_to_rest(), 1.0 / 4.0, 0.01);
 }
 
+TEST(UrMotion, SpeedsOfJointsAndToolAreReachedWithTheirAcceleration) {
+  // v = a t and, for the joints, s = a t^2 / 2.
+  constexpr double kSeconds = 0.5, kAcceleration = 0.8;
+  Robot joints, tool;
+  joints.motion.speed({1.0, 0, 0, 0, 0, -0.5}, kAcceleration);
+  tool.motion.tool_speed_command({0.0, 0.0, 0.2, 0.0, 0.0, 0.0}, 0.2);
+  for (int i = 0; i < 250; ++i) {
+    EXPECT_FALSE(joints.motion.has_speed());
+    EXPECT_FALSE(tool.motion.has_speed());
+    joints.motion.advance(1.0);
+    ASSERT_TRUE(tool.motion.advance(1.0));
+  }
+  EXPECT_NEAR(joints.motion.velocity()[0], kAcceleration * kSeconds, 1e-9);
+  EXPECT_NEAR(joints.motion.velocity()[5], -0.5 * kAcceleration * kSeconds, 1e-9) << "both end together";
+  EXPECT_NEAR(joints.motion.position()[0] - kHome[0], 0.5 * kAcceleration * kSeconds * kSeconds, 1e-9);
+  const auto twist = tool.motion.tool_speed(tool.motion.position(), tool.motion.velocity());
+  EXPECT_NEAR(twist[2], 0.2 * kSeconds, 1e-3);
+  EXPECT_NEAR(twist[0], 0.0, 1e-3);
+  for (int i = 0; i < 500; ++i) {
+    joints.motion.advance(1.0);
+    tool.motion.advance(1.0);
+  }
+  EXPECT_TRUE(joints.motion.has_speed());
+  EXPECT_TRUE(tool.motion.has_speed());
+}
+
 TEST(UrMotion, ACubicSplineIsItsPolynomial) {
   Robot robot;
   takt::ur::Spline spline;

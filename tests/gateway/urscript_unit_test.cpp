@@ -39,6 +39,23 @@ TEST(Script, ReadsCallsWithTheirArguments) {
   EXPECT_EQ(std::get<PoseLiteral>(program.instructions[2].call.arguments.at(0)).values[2], 1.0);
 }
 
+TEST(Script, OlderAndNestedFormsOfClientsAreRead) {
+  const Call output = parse_program("digital_out[3]=True").instructions.at(0).call;
+  EXPECT_EQ(output.function, "set_digital_out");
+  EXPECT_EQ(std::get<double>(output.arguments.at(0)), 3.0);
+  EXPECT_TRUE(std::get<bool>(output.arguments.at(1)));
+  const Call turned = parse_program("movej([d2r(-90), 0, d2r( 180 ), 0, 0, 0])").instructions.at(0).call;
+  const auto& q = std::get<std::vector<double>>(turned.arguments.at(0));
+  EXPECT_DOUBLE_EQ(q[0], -1.5707963267948966);
+  EXPECT_DOUBLE_EQ(q[2], 3.141592653589793);
+  const Call pose = parse_program("movej(get_inverse_kin(p[1,0,0,0,0,0]), a=1)").instructions.at(0).call;
+  EXPECT_EQ(std::get<PoseLiteral>(pose.arguments.at(0)).values[0], 1.0);
+  for (const char* text : {"digital_out[0]", "digital_out[0, 1] = True", "digital_out[0] = True x",
+                           "movej([d2r(1, 0, 0, 0, 0, 0])", "movej(get_inverse_kin([1, 0, 0, 0, 0, 0]))",
+                           "movej(get_inverse_kin(p[1, 0, 0, 0, 0, 0])"})
+    EXPECT_THROW(parse_program(text), ScriptError) << text;
+}
+
 TEST(Script, AnUnknownFunctionIsAnErrorWithLineAndColumn) {
   try {
     parse_program("def illegal_fun():\n  calldoesntexist()\nend");
@@ -53,8 +70,8 @@ TEST(Script, AnUnknownFunctionIsAnErrorWithLineAndColumn) {
 TEST(Script, WhatTaktDoesNotRunIsRefused) {
   for (const char* text :
        {"def a():\n  x = 1\nend", "def a():\n  if x > 1:\n  end\nend", "def a():\n  movej(q)\nend",
-        "def a():\n  stopj(0.1\nend", "def a():\n  stopj(nan)\nend", "def a():\n end\nend", "def 7a():\nend",
-        "def a():\n stopj(1)", "stopj(1) stopj(2)", "while True:\n"})
+        "def a():\n  stopj(0.1\nend", "def a():\n  stopj(nan)\nend", "stopj(1e300)", "stopj(-1e10)",
+        "def a():\n end\nend", "def 7a():\nend", "def a():\n stopj(1)", "stopj(1) stopj(2)", "while True:\n"})
     EXPECT_THROW(parse_program(text), ScriptError) << text;
 }
 
@@ -72,6 +89,34 @@ TEST(Script, ExternalControlIsRecognisedByItsSockets) {
   EXPECT_FALSE(program.external->answers_cancel);
   ASSERT_EQ(program.instructions.size(), 1U);
   EXPECT_EQ(program.instructions[0].call.function, "textmsg");
+}
+
+std::string register_program(const std::string& float_offset, const std::string& path) {
+  return "def rtde_control():\n  global reg_offset_float = # float register offset\n" + float_offset +
+         "\n  global reg_offset_int = 3\n  def exec_move_path():\n    textmsg(\"path\")\n" + path +
+         "  end\n  def rtde_cmd():\n    return read_input_integer_reg(0)\n  end\n"
+         "  def process_cmd():\n    x = f(1)\n  end\n  while keep_running:\n"
+         "    if cmd == 24 or cmd == 9:\n      g()\n    end\n  end\nend\n";
+}
+
+TEST(Script, TheProgramOfRegistersIsRecognisedByItsFunctions) {
+  const Program program = parse_program(
+      register_program("24", "\tsignal_async_progress(1)\n\tmovej([0,0,0,0,0,1],a=1.2,v=0.5,r=0.02)\n"));
+  ASSERT_TRUE(program.registers);
+  EXPECT_EQ(program.name, "rtde_control");
+  EXPECT_EQ(program.registers->first_double, 24);
+  EXPECT_EQ(program.registers->first_int, 3);
+  EXPECT_EQ(program.registers->realtime_commands, (std::vector<int>{24, 9}));
+  ASSERT_EQ(program.registers->path.size(), 3U);
+  EXPECT_EQ(program.registers->path[1].call.function, "write_output_integer_register");
+  EXPECT_EQ(std::get<double>(program.registers->path[1].call.arguments.at(1)), 1.0);
+  EXPECT_EQ(program.registers->path[2].call.function, "movej");
+}
+
+TEST(Script, ARegisterProgramWithoutAnOffsetOrWithAnotherPathIsRefused) {
+  for (const std::string& text : {register_program("x", ""), register_program("25", ""),
+                                  register_program("0", "    movej(q)\n"), register_program("-1", "")})
+    EXPECT_THROW(parse_program(text), ScriptError) << text;
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "client_lib/gateway/rtde/dashboard.h"
 
+#include <algorithm>
 #include <functional>
 #include <map>
 #include <optional>
@@ -21,6 +22,18 @@ std::string flag(bool value) {
   return value ? "true" : "false";
 }
 
+/// With the number of the build, which clients expect.
+std::string full_version(const DashboardRobot& robot) {
+  const std::string version = robot.software_version();
+  return std::count(version.begin(), version.end(), '.') == 2 ? version + ".0" : version;
+}
+
+std::string upper_case(std::string text) {
+  for (char& c : text)
+    if (c >= 'a' && c <= 'z') c = static_cast<char>(c - 'a' + 'A');
+  return text;
+}
+
 }  // namespace
 
 DashboardReply dashboard_reply(std::string_view line, const std::string& client, DashboardRobot& robot,
@@ -32,8 +45,12 @@ DashboardReply dashboard_reply(std::string_view line, const std::string& client,
   const std::string program = robot.loaded_program().empty() ? "<unnamed>" : robot.loaded_program();
 
   if (line == "quit") return {"Disconnected", true};
-  if (line == "PolyscopeVersion") return {"URSoftware " + robot.software_version() + " (takt)"};
-  if (line == "version") return {robot.software_version()};
+  if (line == "PolyscopeVersion") return {"URSoftware " + full_version(robot) + " (Jan 01 2024)"};
+  if (line == "version") return {full_version(robot)};
+  if (line == "shutdown") {
+    robot.power_off(reason);
+    return {"Shutting down", true};
+  }
   if (line == "get robot model") return {robot.model()};
   if (line == "get serial number") return {robot.serial_number()};
   if (line == "robotmode") return {"Robotmode: " + robot.robot_mode()};
@@ -74,8 +91,9 @@ DashboardReply dashboard_reply(std::string_view line, const std::string& client,
   if (argument(line, "stop")) return {robot.stop() ? "Stopped" : "Failed to execute: stop"};
   if (line == "get operational mode") return {state.operational_mode};
   if (const auto mode = argument(line, "set operational mode")) {
-    if (*mode != "AUTOMATIC" && *mode != "MANUAL") return {"Failed setting operational mode: " + *mode};
-    state.operational_mode = *mode;
+    const std::string name = upper_case(*mode);
+    if (name != "AUTOMATIC" && name != "MANUAL") return {"Failed setting operational mode: " + *mode};
+    state.operational_mode = name;
     return {"Operational mode " + *mode + " is set"};
   }
   if (line == "clear operational mode") {
@@ -85,8 +103,8 @@ DashboardReply dashboard_reply(std::string_view line, const std::string& client,
   if (line == "getUserRole") return {state.user_role};
   if (const auto role = argument(line, "setUserRole")) {
     for (const char* allowed : {"NONE", "PROGRAMMER", "OPERATOR", "LOCKED", "RESTRICTED"}) {
-      if (*role != allowed) continue;
-      state.user_role = *role;
+      if (upper_case(*role) != allowed) continue;
+      state.user_role = allowed;
       return {"Setting user role: " + *role};
     }
     return {"Failed setting user role: " + *role};

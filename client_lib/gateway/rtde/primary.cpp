@@ -95,6 +95,63 @@ std::string configuration_data(const ConfigurationData& data) {
   return primary_package(6, bytes);
 }
 
+std::string joint_data(const Table& outputs) {
+  const auto real = [&](std::string_view name, std::size_t i) { return outputs[name].real.at(i); };
+  std::string bytes;
+  for (std::size_t i = 0; i < 6; ++i) {
+    for (const char* name : {"actual_q", "target_q", "actual_qd"}) rtde::append(bytes, real(name, i));
+    for (const char* name : {"actual_current", "actual_joint_voltage", "joint_temperatures"})
+      rtde::append(bytes, static_cast<float>(real(name, i)));
+    rtde::append(bytes, 0.0F);  // temperature of the controller of the joint, obsolete
+    rtde::append(bytes, static_cast<std::uint8_t>(outputs["joint_mode"].whole.at(i)));
+  }
+  return primary_package(1, bytes);
+}
+
+std::string tool_data(const Table& outputs) {
+  const auto whole = [&](std::string_view name) { return outputs[name].whole[0]; };
+  const auto real = [&](std::string_view name) { return outputs[name].real[0]; };
+  std::string bytes;
+  for (const unsigned bit : {0U, 1U})
+    rtde::append(bytes, static_cast<std::uint8_t>(whole("tool_analog_input_types") >> bit & 1));
+  for (const char* name : {"tool_analog_input0", "tool_analog_input1"}) rtde::append(bytes, real(name));
+  rtde::append(bytes, static_cast<float>(real("actual_robot_voltage")));
+  rtde::append(bytes, static_cast<std::uint8_t>(whole("tool_output_voltage")));
+  for (const char* name : {"tool_output_current", "tool_temperature"})
+    rtde::append(bytes, static_cast<float>(real(name)));
+  rtde::append(bytes, static_cast<std::uint8_t>(whole("tool_mode")));
+  return primary_package(2, bytes);
+}
+
+std::string cartesian_info(const Table& outputs) {
+  std::string bytes;
+  for (const char* name : {"actual_TCP_pose", "tcp_offset"}) append_all(bytes, outputs[name].real);
+  return primary_package(4, bytes);
+}
+
+std::string force_mode_data(const Table& outputs) {
+  std::string bytes;
+  append_all(bytes, outputs["actual_TCP_force"].real);
+  rtde::append(bytes, 0.0);  // dexterity of the robot
+  return primary_package(7, bytes);
+}
+
+std::string additional_info(bool freedrive_allowed) {
+  std::string bytes;
+  rtde::append(bytes, std::uint8_t{0});  // button of the pendant
+  append(bytes, freedrive_allowed);
+  append(bytes, false);                  // freedrive by an input
+  rtde::append(bytes, std::uint8_t{0});  // reserved
+  return primary_package(8, bytes);
+}
+
+std::string tool_mode_info(const Table& outputs) {
+  std::string bytes;
+  for (const char* name : {"tool_output_mode", "tool_digital_output0_mode", "tool_digital_output1_mode"})
+    rtde::append(bytes, static_cast<std::uint8_t>(outputs[name].whole[0]));
+  return primary_package(12, bytes);
+}
+
 std::string robot_state(std::string_view sub_packages) {
   return primary_package(kRobotState, sub_packages);
 }

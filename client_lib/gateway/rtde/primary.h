@@ -6,6 +6,8 @@
 #include <string>
 #include <string_view>
 
+#include "client_lib/gateway/rtde/variables.h"
+
 namespace takt::rtde {
 
 /// Denavit-Hartenberg parameters, one for each joint: T = Rz(theta) Tz(d) Tx(a) Rx(alpha). rad, m.
@@ -43,6 +45,14 @@ std::string robot_mode_data(const RobotModeData& data);
 std::string masterboard_data(const MasterboardData& data);
 std::string kinematics_info(const DhParameters& dh);
 std::string configuration_data(const ConfigurationData& data);
+// With values of the RTDE outputs.
+std::string joint_data(const Table& outputs);
+std::string tool_data(const Table& outputs);
+std::string cartesian_info(const Table& outputs);
+/// The wrench of actual_TCP_force.
+std::string force_mode_data(const Table& outputs);
+std::string additional_info(bool freedrive_allowed);
+std::string tool_mode_info(const Table& outputs);
 std::string robot_state(std::string_view sub_packages);
 
 // Robot messages.

@@ -128,6 +128,7 @@ std::string ServerSession::take_data(std::string_view payload) {
                         "A data package names no input recipe of this connection.", "takt");
   std::vector<Written> written;
   for (const std::size_t variable : input_recipes_[number - 1]) {
+    if (!written.empty() && reader.rest().empty()) break;  // clients leave out the last ones (ur_rtde)
     const Value value = read(reader, inputs_.variables()[variable].type);
     written.push_back({variable, value});
   }

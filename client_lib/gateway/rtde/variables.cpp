@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <utility>
 
 namespace takt::rtde {
 namespace {
@@ -22,9 +23,6 @@ constexpr std::array<TypeInfo, 10> kTypes{{{"BOOL", 1, 1},
                                            {"VECTOR6UINT32", 4, 6}}};
 const TypeInfo& info(Type type) {
   return kTypes.at(static_cast<std::size_t>(type));
-}
-bool is_real(Type type) {
-  return type == Type::real || type == Type::vector3 || type == Type::vector6;
 }
 
 struct Names {
@@ -114,6 +112,10 @@ std::optional<Type> type_of_name(std::string_view name) {
   return std::nullopt;
 }
 
+bool is_real(Type type) {
+  return type == Type::real || type == Type::vector3 || type == Type::vector6;
+}
+
 std::size_t size_of(Type type) {
   return info(type).element_size * info(type).count;
 }
@@ -167,10 +169,14 @@ std::optional<std::size_t> Table::find(std::string_view name) const {
   return *at;
 }
 
-Value& Table::operator[](std::string_view name) {
+const Value& Table::operator[](std::string_view name) const {
   const auto index = find(name);
   if (!index) throw std::out_of_range("no such RTDE variable: " + std::string(name));
   return values_[*index];
+}
+
+Value& Table::operator[](std::string_view name) {
+  return const_cast<Value&>(std::as_const(*this)[name]);
 }
 
 void Table::set_vector(std::string_view name, std::span<const double> numbers) {

@@ -28,6 +28,8 @@ enum class Type : std::uint8_t {
 /// As the protocol writes it, e.g. VECTOR6D.
 std::string_view type_name(Type type);
 std::optional<Type> type_of_name(std::string_view name);
+/// Its numbers are Value::real.
+bool is_real(Type type);
 /// Bytes on the wire.
 std::size_t size_of(Type type);
 
@@ -56,6 +58,7 @@ class Table {
   const Value& value(std::size_t index) const { return values_[index]; }
   /// By name, which must exist (otherwise std::out_of_range: a mistake of the program).
   Value& operator[](std::string_view name);
+  const Value& operator[](std::string_view name) const;
   void set(std::string_view name, double number) { (*this)[name].real[0] = number; }
   void set_whole(std::string_view name, std::int64_t number) { (*this)[name].whole[0] = number; }
   void set_vector(std::string_view name, std::span<const double> numbers);

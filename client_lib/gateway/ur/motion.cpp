@@ -6,8 +6,6 @@
 namespace takt::ur {
 namespace {
 
-/// Of speedj and speedl in external control programs, rad/s^2.
-constexpr double kSpeedAcceleration = 40.0;
 // Of the external control program: deceleration at the end of a trajectory.
 constexpr double kSplineDeceleration = 15.0, kSplineSpeed = 6.283185;
 constexpr double kRest = 1e-6;
@@ -84,16 +82,33 @@ void Motion::servo(const Vector6& q) {
   servo_fresh_ = servo_begun_ = true;
 }
 
-void Motion::speed(const Vector6& qd) {
+void Motion::speed(const Vector6& qd, double acceleration) {
   path_ = std::monostate{};
   mode_ = Mode::speed;
   commanded_speed_ = qd;
+  speed_acceleration_ = acceleration;
+  has_speed_ = false;
 }
 
-void Motion::tool_speed_command(const Vector6& twist) {
+void Motion::tool_speed_command(const Vector6& twist, std::optional<double> acceleration) {
   path_ = std::monostate{};
+  if (mode_ != Mode::tool_speed) ramped_twist_ = tool_speed(q_, qd_);
   mode_ = Mode::tool_speed;
   commanded_speed_ = twist;
+  tool_acceleration_ = acceleration;
+  has_speed_ = false;
+}
+
+Vector6 Motion::next_twist() {
+  if (!tool_acceleration_) return ramped_twist_ = commanded_speed_;
+  // Turns are accelerated at the same number, in rad/s^2; both parts reach their speed together.
+  Vector6 change;
+  for (std::size_t i = 0; i < change.size(); ++i) change.at(i) = commanded_speed_.at(i) - ramped_twist_.at(i);
+  const double most = std::max(std::hypot(change[0], change[1], change[2]),
+                               std::hypot(change[3], change[4], change[5])),
+               step = *tool_acceleration_ * cycle_s_, part = most > step ? step / most : 1.0;
+  for (std::size_t i = 0; i < change.size(); ++i) ramped_twist_.at(i) += part * change.at(i);
+  return ramped_twist_;
 }
 
 bool Motion::begin(const Move& move) {
@@ -253,15 +268,17 @@ bool Motion::advance(double speed_scaling) {
     case Mode::speed: {
       Vector6 wanted = commanded_speed_;
       for (double& value : wanted) value *= speed_scaling;
-      ramp_to(wanted, kSpeedAcceleration);
+      ramp_to(wanted, speed_acceleration_);
+      has_speed_ = largest(qdd_) < kRest;
       return true;
     }
     case Mode::tool_speed: {
+      const Vector6 twist = next_twist();
       ArmPoses poses;
       forward_kinematics(arm_, q_.data(), poses);
       Twist flange;
-      flange.w = Vec3(commanded_speed_[3], commanded_speed_[4], commanded_speed_[5]);
-      flange.v = Vec3(commanded_speed_[0], commanded_speed_[1], commanded_speed_[2]);
+      flange.w = Vec3(twist[3], twist[4], twist[5]);
+      flange.v = Vec3(twist[0], twist[1], twist[2]);
       flange.v = flange.at(-(poses.X_RF.R * X_FT_.p));
       JointArray qd{};
       if (!joint_velocities(arm_, poses, flange, qd)) {
@@ -271,6 +288,9 @@ bool Motion::advance(double speed_scaling) {
       Vector6 wanted;
       for (std::size_t i = 0; i < wanted.size(); ++i) wanted.at(i) = speed_scaling * qd.at(i);
       ramp_to(wanted, kSpeedAcceleration);
+      has_speed_ = true;
+      for (std::size_t i = 0; i < twist.size(); ++i)
+        has_speed_ = has_speed_ && std::abs(twist.at(i) - commanded_speed_.at(i)) < kRest;
       return true;
     }
     case Mode::path:

@@ -57,9 +57,13 @@ class Motion {
   void begin_servo();
   /// The last set-point of servo control.
   const Vector6& servo_set_point() const { return servo_q_; }
-  /// speedj, rad/s; speedl, twist of the TCP in the base's axes.
-  void speed(const Vector6& qd);
-  void tool_speed_command(const Vector6& twist);
+  /// Of speedj and speedl in external control programs, rad/s^2.
+  static constexpr double kSpeedAcceleration = 40.0;
+  /// speedj, rad/s and rad/s^2; speedl, twist of the TCP in the base's axes, in m/s^2 if an acceleration is given.
+  void speed(const Vector6& qd, double acceleration = kSpeedAcceleration);
+  void tool_speed_command(const Vector6& twist, std::optional<double> acceleration = std::nullopt);
+  /// The speed of speedj or speedl is reached.
+  bool has_speed() const { return has_speed_; }
   /// Begins at the present position, from rest. False where its end is out of reach, or the three points of an arc are on one
   /// line.
   bool begin(const Move& move);
@@ -111,6 +115,8 @@ class Motion {
 
   /// To the position `q` within this cycle.
   void go_to(const Vector6& q, const Vector6* qd = nullptr);
+  /// Of speedl: the twist of this cycle, on its way to the commanded one.
+  Vector6 next_twist();
   void ramp_to(const Vector6& qd, double acceleration);
   bool advance_path(double speed_scaling);
   bool advance_run(Run& run, double speed_scaling);
@@ -123,7 +129,10 @@ class Motion {
   Vector6 q_{}, qd_{}, qdd_{};
   Mode mode_ = Mode::stop;
   double deceleration_ = 4.0;
-  Vector6 servo_q_{}, commanded_speed_{};
+  Vector6 servo_q_{}, commanded_speed_{}, ramped_twist_{};
+  double speed_acceleration_ = kSpeedAcceleration;
+  std::optional<double> tool_acceleration_;  ///< m/s^2: the twist is ramped, before the joints are
+  bool has_speed_ = false;
   bool servo_fresh_ = false, servo_begun_ = false;
   std::variant<std::monostate, Run, SplineRun> path_;
   std::uint64_t moves_ = 0;

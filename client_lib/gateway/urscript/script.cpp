@@ -3,11 +3,12 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <numbers>
 
 namespace takt::urscript {
 namespace {
 
-constexpr std::array<std::string_view, 32> kFunctions{"textmsg",
+constexpr std::array<std::string_view, 36> kFunctions{"textmsg",
                                                       "sleep",
                                                       "sync",
                                                       "halt",
@@ -18,12 +19,15 @@ constexpr std::array<std::string_view, 32> kFunctions{"textmsg",
                                                       "movec",
                                                       "stopj",
                                                       "stopl",
+                                                      "speedj",
+                                                      "speedl",
                                                       "protective_stop",
                                                       "set_standard_digital_out",
                                                       "set_configurable_digital_out",
                                                       "set_tool_digital_out",
                                                       "set_digital_out",
                                                       "set_standard_analog_out",
+                                                      "set_analog_out",
                                                       "set_tool_voltage",
                                                       "set_payload",
                                                       "set_target_payload",
@@ -38,7 +42,11 @@ constexpr std::array<std::string_view, 32> kFunctions{"textmsg",
                                                       "end_freedrive_mode",
                                                       "socket_open",
                                                       "socket_close",
-                                                      "write_output_float_register"};
+                                                      "write_output_float_register",
+                                                      "write_output_integer_register"};
+
+/// No number of a robot is larger; squares and whole numbers of it exist.
+constexpr double kLargest = 1e9;
 
 bool is_blank(char c) {
   return c == ' ' || c == '\t' || c == '\r';
@@ -92,6 +100,7 @@ class CallReader {
     call.column = column_;
     call.function = std::string(word());
     skip();
+    if (call.function == "digital_out" && peek() == '[') return digital_out(call);
     if (call.function.empty() || at_ >= code_.size() || code_[at_] != '(') {
       if (call.function == "halt" && at_ == code_.size()) return call;
       fail("syntax_error: takt runs calls with constant arguments and endless loops");
@@ -146,7 +155,44 @@ class CallReader {
     at_ += found.size();
     return found;
   }
+  /// digital_out[N] = VALUE, the older form of set_digital_out(N, VALUE).
+  Call digital_out(Call call) {
+    call.function = "set_digital_out";
+    const std::vector<double> place = list();
+    skip();
+    if (place.size() != 1 || peek() != '=') fail("syntax_error: allowed: digital_out[N] = True or False");
+    ++at_;
+    skip();
+    call.arguments = {place[0], literal()};
+    skip();
+    if (at_ != code_.size()) fail("syntax_error: one assignment in a line is allowed");
+    return call;
+  }
+  /// NAME( with its blanks, if it is next.
+  bool takes_call(std::string_view name) {
+    const std::size_t begin = at_;
+    if (word() == name) {
+      skip();
+      if (peek() == '(') {
+        ++at_;
+        skip();
+        return true;
+      }
+    }
+    at_ = begin;
+    return false;
+  }
+  void close_call() {
+    skip();
+    if (peek() != ')') fail("syntax_error: ')' is missing");
+    ++at_;
+  }
   double number() {
+    if (takes_call("d2r")) {
+      const double degrees = number();
+      close_call();
+      return degrees * std::numbers::pi / 180.0;
+    }
     const std::size_t begin = at_;
     while (at_ < code_.size() &&
            (is_digit(code_[at_]) || std::string_view("+-.eE").find(code_[at_]) != std::string_view::npos))
@@ -155,7 +201,7 @@ class CallReader {
     std::string_view text = code_.substr(begin, at_ - begin);
     if (!text.empty() && text.front() == '+') text.remove_prefix(1);
     const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (problem != std::errc{} || end != text.data() + text.size() || !std::isfinite(value)) {
+    if (problem != std::errc{} || end != text.data() + text.size() || !(std::abs(value) <= kLargest)) {
       at_ = begin;
       fail("syntax_error: takt allows constants here (a number, True, False, a text, [..], p[..])");
     }
@@ -190,6 +236,13 @@ class CallReader {
       std::string text(code_.substr(at_ + 1, end - at_ - 1));
       at_ = end + 1;
       return text;
+    }
+    if (takes_call("get_inverse_kin")) {  // a move takes the pose itself
+      Literal pose = literal();
+      if (!std::holds_alternative<PoseLiteral>(pose))
+        fail("syntax_error: allowed: get_inverse_kin(p[x, y, z, rx, ry, rz])");
+      close_call();
+      return pose;
     }
     const std::size_t begin = at_;
     const std::string_view name = word();
@@ -296,6 +349,60 @@ std::optional<ExternalControl> external_control_of(std::string_view text) {
   return external;
 }
 
+/// The number of "global NAME = NUMBER"; comments may stand between.
+int offset_of(const std::vector<Line>& lines, std::string_view name) {
+  const std::string head = "global " + std::string(name) + " =";
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    std::string_view code = lines[i].code;
+    if (code.substr(0, head.size()) != head) continue;
+    code = trimmed(code.substr(head.size()));
+    if (code.empty() && i + 1 < lines.size()) code = lines[i + 1].code;
+    int number = -1;
+    std::from_chars(code.data(), code.data() + code.size(), number);
+    if (number < 0 || number > 24)
+      throw ScriptError(lines[i].number, lines[i].column,
+                        std::string(name) + ": allowed: 0 to 24, the first RTDE register");
+    return number;
+  }
+  return 0;
+}
+
+std::optional<RegisterControl> register_control_of(std::string_view text, const std::vector<Line>& lines) {
+  for (const std::string_view mark : {"def process_cmd():", "def rtde_cmd():", "reg_offset_int"})
+    if (text.find(mark) == std::string_view::npos) return std::nullopt;
+  RegisterControl control{offset_of(lines, "reg_offset_float"), offset_of(lines, "reg_offset_int"), {}, {}};
+  constexpr std::string_view kCommand = "cmd == ";
+  std::size_t begin = lines.size(), end = lines.size();
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const std::string_view code = lines[i].code;
+    if (first_word(code) == "if" && code.find(kCommand) != code.rfind(kCommand)) {
+      for (std::size_t at = code.find(kCommand); at != std::string_view::npos;
+           at = code.find(kCommand, at + 1)) {
+        int number = 0;
+        std::from_chars(code.data() + at + kCommand.size(), code.data() + code.size(), number);
+        control.realtime_commands.push_back(number);
+      }
+    }
+    if (code == "def exec_move_path():") begin = i + 1;
+    if (code == "end" && begin < i && end == lines.size()) end = i;
+  }
+  for (std::size_t i = begin; i < end; ++i) {
+    constexpr std::string_view kProgress = "signal_async_progress(";
+    Instruction instruction;
+    if (lines[i].code.substr(0, kProgress.size()) == kProgress) {
+      double number = 0.0;
+      std::from_chars(lines[i].code.data() + kProgress.size(), lines[i].code.data() + lines[i].code.size(),
+                      number);
+      instruction.call = {
+          "write_output_integer_register", {2.0, number}, {}, lines[i].number, lines[i].column};
+    } else {
+      instruction.call = CallReader(lines[i].code, lines[i].number, lines[i].column).read();
+    }
+    control.path.push_back(std::move(instruction));
+  }
+  return control;
+}
+
 }  // namespace
 
 std::optional<std::string> ScriptStream::next() {
@@ -334,6 +441,7 @@ Program parse_program(std::string_view text) {
   Program program;
   if (lines.empty()) return program;
   program.external = external_control_of(text);
+  program.registers = register_control_of(text, lines);
   std::size_t begin = 0, end = lines.size();
   const std::string_view head = first_word(lines.front().code);
   if (head == "def" || head == "sec") {
@@ -346,6 +454,7 @@ Program parse_program(std::string_view text) {
     begin = 1;
     end = lines.size() - 1;
   }
+  if (program.registers) return program;
   if (program.external) {
     // What follows the control loop; its own lines are what takt does in its place.
     const std::size_t mark = text.find("# NODE_CONTROL_LOOP_ENDS");

@@ -1,6 +1,7 @@
 #pragma once
 // The part of URScript that takt runs: programs of calls with constant arguments, and endless loops of them. The external
-// control program of a driver is recognised by its sockets; its statements are not interpreted (docs/controllers.md).
+// control program of a driver is recognised by its sockets, that of ur_rtde by its functions; their statements are not
+// interpreted (docs/controllers.md).
 //
 //   def close_and_wait():          # or: sec NAME(): a secondary program, beside the running one
 //     set_standard_digital_out(0, True)
@@ -52,10 +53,18 @@ struct ExternalControl {
       false;  ///< the text writes output float register 1: seconds of the present spline
 };
 
+/// The control program of ur_rtde (SDU Robotics), which a client commands by numbers in RTDE registers.
+struct RegisterControl {
+  int first_double = 0, first_int = 0;  ///< registers
+  std::vector<int> realtime_commands;   ///< those that the text executes in each cycle
+  std::vector<Instruction> path;        ///< of exec_move_path()
+};
+
 struct Program {
   std::string name;
   bool secondary = false;
   std::optional<ExternalControl> external;
+  std::optional<RegisterControl> registers;
   std::vector<Instruction>
       instructions;  ///< of an external control program: those that follow its control loop
 };

@@ -15,18 +15,21 @@ using Kind = urscript::Instruction::Kind;
 /// A loop without a call that waits yields after this many calls.
 constexpr int kMostCallsPerCycle = 100;
 constexpr std::array<std::string_view, 4> kMoves{"movej", "movel", "movep", "movec"};
-constexpr std::array<std::string_view, 4> kOtherMotions{"stopj", "stopl", "force_mode", "freedrive_mode"};
+constexpr std::array<std::string_view, 6> kOtherMotions{"stopj",  "stopl",      "speedj",
+                                                        "speedl", "force_mode", "freedrive_mode"};
 /// May stand between two moves that are blended.
-constexpr std::array<std::string_view, 10> kBetweenMoves{"textmsg",
+constexpr std::array<std::string_view, 12> kBetweenMoves{"textmsg",
                                                          "set_standard_digital_out",
                                                          "set_configurable_digital_out",
                                                          "set_tool_digital_out",
                                                          "set_digital_out",
                                                          "set_standard_analog_out",
+                                                         "set_analog_out",
                                                          "set_tool_voltage",
                                                          "set_payload",
                                                          "set_target_payload",
-                                                         "write_output_float_register"};
+                                                         "write_output_float_register",
+                                                         "write_output_integer_register"};
 
 template <std::size_t count>
 bool is_of(const std::array<std::string_view, count>& names, std::string_view name) {
@@ -101,14 +104,14 @@ void ScriptRun::fail(const Call& call, const std::string& text) {
 
 bool ScriptRun::execute(const Call& call) {
   if (!begun_) {
-    waits_for_motion_ = false;
+    waits_for_motion_ = waits_for_speed_ = false;
     wake_cycle_ = 0;
     if (begin(call)) return true;
     begun_ = true;
     return false;
   }
   Motion& motion = controller_.motion();
-  if (controller_.cycle() < wake_cycle_ || connecting_ ||
+  if (controller_.cycle() < wake_cycle_ || connecting_ || (waits_for_speed_ && !motion.has_speed()) ||
       (waits_for_motion_ && motion.moves() == move_ && (motion.follows() || !motion.at_rest())))
     return false;
   begun_ = false;
@@ -198,6 +201,11 @@ void ScriptRun::begin_move(const Call& call) {
   }
 }
 
+void ScriptRun::wait(double seconds) {
+  wake_cycle_ = controller_.cycle() +
+                static_cast<std::uint64_t>(std::ceil(std::clamp(seconds, 0.0, 1e6) / UrController::kCycle_s));
+}
+
 bool ScriptRun::begin(const Call& call) {
   const std::string& f = call.function;
   Motion& motion = controller_.motion();
@@ -220,9 +228,7 @@ bool ScriptRun::begin(const Call& call) {
   }
   if (f == "sleep" || f == "sync") {
     const double seconds = f == "sync" ? UrController::kCycle_s : number(call, 0, "t", 0.0);
-    wake_cycle_ =
-        controller_.cycle() +
-        static_cast<std::uint64_t>(std::ceil(std::max(0.0, std::min(seconds, 1e6)) / UrController::kCycle_s));
+    wait(seconds);
     return false;
   }
   if (f == "protective_stop") {
@@ -239,6 +245,20 @@ bool ScriptRun::begin(const Call& call) {
     move_ = motion.moves();
     return false;
   }
+  if (f == "speedj" || f == "speedl") {
+    const bool joints = f == "speedj";
+    const auto* list = argument<std::vector<double>>(call, 0, joints ? "qd" : "xd");
+    const auto speed = list != nullptr ? six(*list) : std::nullopt;
+    const double acceleration = number(call, 1, "a", joints ? 1.4 : 1.2), seconds = number(call, 2, "t", 0.0);
+    if (!speed || acceleration <= 0.0) fail(call, f + ": allowed: ([six speeds], ACCELERATION, SECONDS)");
+    if (joints)
+      motion.speed(*speed, acceleration);
+    else
+      motion.tool_speed_command(controller_.turned(*speed, false), acceleration);
+    wait(seconds);
+    waits_for_speed_ = seconds <= 0.0;  // then it returns when the speed is reached
+    return false;
+  }
   if (f == "set_standard_digital_out" || f == "set_configurable_digital_out" || f == "set_tool_digital_out" ||
       f == "set_digital_out") {
     const auto* value = argument<bool>(call, 1, "b");
@@ -250,7 +270,7 @@ bool ScriptRun::begin(const Call& call) {
     controller_.set_digital_output(first + static_cast<int>(n), *value);
     return true;
   }
-  if (f == "set_standard_analog_out") {
+  if (f == "set_standard_analog_out" || f == "set_analog_out") {
     const double n = number(call, 0, "n", -1.0);
     if (n != 0.0 && n != 1.0) fail(call, f + ": allowed: (0 or 1, FRACTION)");
     controller_.set_analog_output(static_cast<int>(n), number(call, 1, "f", 0.0));
@@ -311,6 +331,11 @@ bool ScriptRun::begin(const Call& call) {
   if (f == "write_output_float_register") {
     controller_.write_output_double(static_cast<int>(number(call, 0, "address", -1.0)),
                                     number(call, 1, "value", 0.0));
+    return true;
+  }
+  if (f == "write_output_integer_register") {
+    controller_.write_output_int(static_cast<int>(number(call, 0, "address", -1.0)),
+                                 std::llround(number(call, 1, "value", 0.0)));
     return true;
   }
   if (f == "socket_open") {

@@ -21,6 +21,7 @@ class ScriptRun final : public RunningProgram {
   bool execute(const urscript::Call& call);
   void begin_force_mode(const urscript::Call& call);
   bool begin(const urscript::Call& call);
+  void wait(double seconds);
   void begin_move(const urscript::Call& call);
   /// From the joint positions where it begins.
   Move move_of(const urscript::Call& call, const Vector6& near) const;
@@ -33,7 +34,7 @@ class ScriptRun final : public RunningProgram {
   std::size_t next_ = 0;
   bool begun_ = false;  ///< the call at next_
   std::uint64_t wake_cycle_ = 0;
-  bool waits_for_motion_ = false;
+  bool waits_for_motion_ = false, waits_for_speed_ = false;
   std::uint64_t move_ = 0;              ///< of the motion: that of the call at next_
   std::optional<std::size_t> blended_;  ///< the move that follows by a blend
   /// Of sockets that the program opens: by name; nullptr while connecting.

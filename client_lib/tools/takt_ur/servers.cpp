@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "client_lib/gateway/rtde/realtime.h"
+
 namespace takt::ur {
 namespace {
 
@@ -22,7 +24,7 @@ struct Servers::Rtde {
   std::shared_ptr<gateway::Connection> connection;
   rtde::ServerSession session;
 };
-struct Servers::Primary {
+struct Servers::ScriptClient {
   std::shared_ptr<gateway::Connection> connection;
   urscript::ScriptStream scripts{};
 };
@@ -31,8 +33,10 @@ Servers::Servers(gateway::EventLoop& loop, UrController& controller, const UrMap
     : controller_(controller), owners_(controller.inputs().variables().size()) {
   const auto port = [](int number) { return static_cast<std::uint16_t>(number); };
   loop.listen(mapping.address, port(mapping.rtde_port), [this](auto c) { accept_rtde(std::move(c)); });
-  for (const int number : {mapping.primary_port, mapping.secondary_port, mapping.realtime_port})
-    loop.listen(mapping.address, port(number), [this](auto c) { accept_primary(std::move(c)); });
+  for (const int number : {mapping.primary_port, mapping.secondary_port})
+    loop.listen(mapping.address, port(number), [this](auto c) { accept_scripts(std::move(c), primary_); });
+  loop.listen(mapping.address, port(mapping.realtime_port),
+              [this](auto c) { accept_scripts(std::move(c), realtime_); });
   loop.listen(mapping.address, port(mapping.dashboard_port),
               [this](auto c) { accept_dashboard(std::move(c)); });
   controller.on_primary_message = [this](const std::string& message) {
@@ -68,12 +72,14 @@ void Servers::accept_rtde(std::shared_ptr<gateway::Connection> connection) {
                      [this] { drop_closed(rtde_); }});
 }
 
-void Servers::accept_primary(std::shared_ptr<gateway::Connection> connection) {
-  auto client = std::make_shared<Primary>(Primary{connection});
-  primary_.push_back(client);
-  connection->send(controller_.primary_version());
-  connection->send(controller_.primary_state());
-  connection->start({[this, weak = std::weak_ptr<Primary>(client)](std::string_view bytes) {
+void Servers::accept_scripts(std::shared_ptr<gateway::Connection> connection, ScriptClients& clients) {
+  auto client = std::make_shared<ScriptClient>(ScriptClient{connection});
+  clients.push_back(client);
+  if (&clients == &primary_) {
+    connection->send(controller_.primary_version());
+    connection->send(controller_.primary_state());
+  }
+  connection->start({[this, &clients, weak = std::weak_ptr(client)](std::string_view bytes) {
                        const auto me = weak.lock();
                        if (!me) return;
                        me->scripts.add(bytes);
@@ -81,10 +87,10 @@ void Servers::accept_primary(std::shared_ptr<gateway::Connection> connection) {
                        if (me->scripts.broken()) {
                          controller_.log("A program of more than 1 MB was refused.");
                          me->connection->close();
-                         drop_closed(primary_);
+                         drop_closed(clients);
                        }
                      },
-                     [this] { drop_closed(primary_); }});
+                     [&clients] { drop_closed(clients); }});
 }
 
 void Servers::accept_dashboard(std::shared_ptr<gateway::Connection> connection) {
@@ -125,6 +131,13 @@ void Servers::publish() {
       ++sent_;
     }
   }
+  if (!realtime_.empty()) {
+    const std::string package =
+        rtde::realtime_package(controller_.outputs(), controller_.mapping().version_numbers()[1]);
+    const auto readers = realtime_;
+    for (const auto& client : readers)
+      if (client->connection->waiting() < kUnread) client->connection->send(package);
+  }
   if (controller_.cycle() % kPrimaryCycles != 0) return;
   const std::string state = controller_.primary_state();
   const auto primaries = primary_;
@@ -132,6 +145,7 @@ void Servers::publish() {
     if (client->connection->waiting() < kUnread) client->connection->send(state);
   drop_closed(rtde_);
   drop_closed(primary_);
+  drop_closed(realtime_);
   std::erase_if(dashboards_, [](const auto& c) { return !c->is_open(); });
 }
 

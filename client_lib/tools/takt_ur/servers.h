@@ -1,5 +1,5 @@
 #pragma once
-// The listening sockets of takt-ur: RTDE, primary interface, dashboard.
+// The listening sockets of takt-ur: RTDE, primary and real-time interface, dashboard.
 #include <memory>
 
 #include "client_lib/tools/takt_ur/ur_controller.h"
@@ -24,9 +24,12 @@ class Servers {
 
  private:
   struct Rtde;
-  struct Primary;
+  /// A client that sends programs and reads the robot's state.
+  struct ScriptClient;
+  using ScriptClients = std::vector<std::shared_ptr<ScriptClient>>;
   void accept_rtde(std::shared_ptr<gateway::Connection> connection);
-  void accept_primary(std::shared_ptr<gateway::Connection> connection);
+  /// `clients`: the list that the client joins.
+  void accept_scripts(std::shared_ptr<gateway::Connection> connection, ScriptClients& clients);
   void accept_dashboard(std::shared_ptr<gateway::Connection> connection);
 
   UrController& controller_;
@@ -34,7 +37,7 @@ class Servers {
   rtde::DashboardState dashboard_;
   std::uint64_t connections_ = 0, sent_ = 0, left_out_ = 0;
   std::vector<std::shared_ptr<Rtde>> rtde_;
-  std::vector<std::shared_ptr<Primary>> primary_;
+  ScriptClients primary_, realtime_;
   std::vector<std::shared_ptr<gateway::Connection>> dashboards_;
 };
 

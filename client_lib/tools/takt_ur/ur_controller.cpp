@@ -6,6 +6,7 @@
 #include "client_lib/gateway/ur/dh.h"
 #include "client_lib/kinematics/arm.h"
 #include "client_lib/tools/takt_ur/external_program.h"
+#include "client_lib/tools/takt_ur/register_program.h"
 #include "client_lib/tools/takt_ur/script_run.h"
 
 namespace takt::ur {
@@ -50,7 +51,8 @@ UrController::UrController(gateway::EventLoop& loop, gateway::CellLink& link, co
       dh_(dh_parameters(arm_).parameters),
       motion_(arm_, kCycle_s),
       outputs_(rtde::output_table()),
-      inputs_(rtde::input_table()) {
+      inputs_(rtde::input_table()),
+      written_cycles_(inputs_.variables().size()) {
   if (!mapping.powered) robot_mode_ = wanted_mode_ = RobotMode::power_off;
   if (const int tool = mapping.tool.empty() ? -1 : link.cell()->find_gripper(mapping.tool); tool >= 0) {
     const auto& gripper = link.cell()->grippers.at(static_cast<std::size_t>(tool));
@@ -224,7 +226,7 @@ void UrController::take_script(const std::string& script) {
     release_brakes(reason);
   } else if (text == "set unlock protective stop") {
     unlock_protective_stop(reason);
-  } else {
+  } else if (text != "run program") {  // a program that was sent runs
     run(text);
   }
 }
@@ -237,7 +239,7 @@ void UrController::run(const std::string& text) {
     fail("", error);
     return;
   }
-  if (program.instructions.empty() && !program.external) return;
+  if (program.instructions.empty() && !program.external && !program.registers) return;
   const bool secondary = program.secondary || program.name.empty();
   if (program.name.empty()) program.name = "unnamed";
   if (secondary && !ScriptRun::moves(program)) {
@@ -251,6 +253,8 @@ void UrController::run(const std::string& text) {
   end_program("Another program starts.");
   if (program.external)
     start(std::make_unique<ExternalProgram>(*this, program));
+  else if (program.registers)
+    start(std::make_unique<RegisterProgram>(*this, program));
   else
     start(std::make_unique<ScriptRun>(*this, program));
 }

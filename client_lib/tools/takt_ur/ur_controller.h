@@ -117,6 +117,13 @@ class UrController final : public rtde::DashboardRobot {
   /// Of the next force_mode() in a URScript program.
   ForceModeOptions& next_force_mode() { return next_force_mode_; }
   void write_output_double(int number, double value);
+  void write_output_int(int number, std::int64_t value);
+  const Payload& payload() const { return payload_; }
+  const Vector6& tcp_offset() const { return tcp_offset_; }
+  /// Cycle in which a client has last written an RTDE input.
+  std::uint64_t written_cycle(std::string_view input) const {
+    return written_cycles_.at(*inputs_.find(input));
+  }
   /// Contact force at the TCP in the protocol's base: N, N m; zero without a tool.
   const Vector6& contact_force() const { return contact_force_; }
   /// A robot that is not paused, with power, in a cell that plays.
@@ -168,6 +175,7 @@ class UrController final : public rtde::DashboardRobot {
   const rtde::DhParameters dh_;
   Motion motion_;
   rtde::Table outputs_, inputs_;
+  std::vector<std::uint64_t> written_cycles_;  ///< one for each input
   std::uint64_t cycle_ = 0;
 
   RobotMode robot_mode_ = RobotMode::running, wanted_mode_ = RobotMode::running;

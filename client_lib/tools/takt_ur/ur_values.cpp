@@ -174,12 +174,17 @@ void UrController::write_output_double(int number, double value) {
   if (number >= 0 && number < 48) outputs_.set("output_double_register_" + std::to_string(number), value);
 }
 
+void UrController::write_output_int(int number, std::int64_t value) {
+  if (number >= 0 && number < 48) outputs_.set_whole("output_int_register_" + std::to_string(number), value);
+}
+
 void UrController::take_inputs(const std::vector<rtde::ServerSession::Written>& written) {
   std::uint64_t standard_mask = 0, configurable_mask = 0, tool_mask = 0, slider_mask = 0, analog_mask = 0;
   for (const auto& one : written) {
     const rtde::Variable& variable = inputs_.variables()[one.variable];
     const rtde::Value before = inputs_.value(one.variable);
     inputs_.value(one.variable) = one.value;
+    written_cycles_[one.variable] = cycle_;
     const std::string& name = variable.name;
     const auto whole = static_cast<std::uint64_t>(one.value.whole[0]);
     if (name == "standard_digital_output_mask")
@@ -304,8 +309,11 @@ std::string UrController::primary_state() const {
   configuration.dh = dh_;
   configuration.robot_type = mapping_.robot_type();
   configuration.robot_sub_type = 1;
-  return rtde::robot_state(rtde::robot_mode_data(mode) + rtde::masterboard_data(board) +
-                           rtde::kinematics_info(dh_) + rtde::configuration_data(configuration));
+  return rtde::robot_state(rtde::robot_mode_data(mode) + rtde::joint_data(outputs_) +
+                           rtde::tool_data(outputs_) + rtde::masterboard_data(board) +
+                           rtde::cartesian_info(outputs_) + rtde::kinematics_info(dh_) +
+                           rtde::configuration_data(configuration) + rtde::force_mode_data(outputs_) +
+                           rtde::additional_info(program_ == nullptr) + rtde::tool_mode_info(outputs_));
 }
 
 }  // namespace takt::ur
