@@ -46,6 +46,7 @@
 #include "server/cad/body_bytes.h"
 #include "server/cad/child_process.h"
 #include "server/cad/solid_mesh.h"
+#include "server/cad/time_limit.h"
 #include "server/product/names.h"
 
 namespace takt::cad {
@@ -198,6 +199,10 @@ class StepFile::Reader {
   }
 
   void read() {
+    const TimeLimit limit("takt-from-cad: " + file_.string() + ": reading it takes more than " +
+                              std::to_string(options_.reading_limit_s) +
+                              " s of computing; it may be damaged. A larger --time-limit gives it more time",
+                          options_.reading_limit_s);
     load();
     product_.name = file_.stem().string();
     product_.source = file_.string();

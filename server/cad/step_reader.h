@@ -23,6 +23,8 @@ struct StepOptions {
   /// Densities (kg/m^3) by name of a material in the file or of a body; "*": of all that the file gives none.
   std::map<std::string, double> densities{};
   int time_limit_s = 60;  ///< of the processor's time for one solid; at least 1
+  int reading_limit_s =
+      600;  ///< of the processor's time for the file without the meshes of its solids; at least 1
 };
 
 /// A STEP file. Lengths in m, whatever the unit of the file. Solids of one part become bodies of their own, and so do
@@ -30,7 +32,8 @@ struct StepOptions {
 /// solid that OpenCASCADE does not mesh within its time, or crashes on. The same file gives the same product.
 class StepFile {
  public:
-  /// Throws CadError for a missing or unreadable file, and one without a solid.
+  /// Throws CadError for a missing or unreadable file, and one without a solid. Ends the program where the file takes longer
+  /// than its limit (TimeLimit).
   explicit StepFile(const std::filesystem::path& file, const StepOptions& options = {});
   ~StepFile();
   StepFile(const StepFile&) = delete;

@@ -1,8 +1,11 @@
 #include "server/scenario/sdf_files.h"
 
+#include <algorithm>
+#include <sstream>
 #include <string_view>
 
 #include "idl/common/parse.h"
+#include "idl/common/text.h"
 
 namespace takt {
 
@@ -12,6 +15,68 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kLargestSdf_MB = 16;
 constexpr std::string_view kUrdfRoot{"robot"};
+
+/// The text with the characters that %XX stands for.
+std::string without_escapes(std::string_view text) {
+  constexpr std::string_view digits = "0123456789abcdef";
+  std::string result;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const std::string code = text[i] == '%' ? lower_text(text.substr(i + 1, 2)) : "";
+    if (code.size() == 2 && code.find_first_not_of(digits) == code.npos) {
+      result += static_cast<char>(digits.find(code[0]) * 16 + digits.find(code[1]));
+      i += 2;
+    } else {
+      result += text[i];
+    }
+  }
+  return result;
+}
+
+/// The folder inside that is called so, whatever the case: caches write names of owners and models in small letters.
+std::optional<fs::path> folder_called(const fs::path& folder, const std::string& name) {
+  std::vector<fs::path> found;
+  std::error_code error;
+  for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error))
+    if (lower_text(at->path().filename().string()) == lower_text(name)) found.push_back(at->path());
+  if (found.empty()) return std::nullopt;
+  return *std::min_element(found.begin(), found.end());
+}
+
+/// The newest of the versions of a model, which are folders that are called 1, 2, ...
+std::optional<fs::path> newest_version(const fs::path& model) {
+  std::optional<fs::path> newest;
+  double largest = -1.0;
+  std::error_code error;
+  for (fs::directory_iterator at(model, error), end; !error && at != end; at.increment(error)) {
+    const auto number = finite_number(at->path().filename().string());
+    if (number && *number > largest) largest = *number, newest = at->path();
+  }
+  return newest;
+}
+
+/// Where a cache of Gazebo Fuel has what is at https://HOST/1.0/OWNER/models/NAME[/VERSION[/files/PATH]]:
+/// HOST/OWNER/models/NAME/VERSION/PATH, without VERSION or with `tip` the newest.
+std::optional<fs::path> in_cache(const fs::path& cache, const std::string& uri) {
+  const std::size_t scheme = uri.find("://");
+  if (!uri.starts_with("http") || scheme == uri.npos) return std::nullopt;
+  std::vector<std::string> parts;
+  std::istringstream address(without_escapes(uri.substr(scheme + 3)));
+  for (std::string part; std::getline(address, part, '/');)
+    if (!part.empty()) parts.push_back(part);
+  constexpr std::size_t kModels = 3, kVersion = 5, kFiles = 6;
+  const auto is = [&](std::size_t i, std::string_view name) { return i < parts.size() && parts[i] == name; };
+  if (!is(kModels, "models") || parts.size() <= kModels + 1) return std::nullopt;
+  if (std::find(parts.begin(), parts.end(), "..") != parts.end()) return std::nullopt;
+  auto place = std::optional(cache / parts[0]);
+  for (const std::string& name : {parts[2], parts[kModels], parts[kModels + 1]})
+    if (place) place = folder_called(*place, name);
+  if (!place) return std::nullopt;
+  const bool newest = parts.size() <= kVersion || is(kVersion, "tip");
+  place = newest ? newest_version(*place) : folder_called(*place, parts[kVersion]);
+  if (place && is(kFiles, "files"))
+    for (std::size_t i = kFiles + 1; i < parts.size(); ++i) *place /= parts[i];
+  return place;
+}
 
 /// Addresses on servers of models as names of packages: https://HOST/1.0/OWNER/models/NAME/VERSION/files/PATH.
 std::string local_address(const std::string& uri) {
@@ -90,18 +155,26 @@ std::optional<fs::path> SdfFiles::model(const XmlFile& file, const XmlFile::Elem
   const auto found = [&](const std::string& name) {
     return find_mesh_file(name, file.file(), options_.packages);
   };
-  for (const std::string& name : {address, "model://" + address}) {
+  std::vector<std::string> names;
+  for (const fs::path& folder : options_.packages)
+    if (const auto cached = in_cache(folder, uri)) names.push_back(fs::absolute(*cached).string());
+  names.push_back(address);
+  if (address.find("://") == address.npos) names.push_back("model://" + address);  // also the name of a model
+  for (const std::string& name : names) {
     if (const auto config = found(name + "/model.config"))
       if (const auto named = named_in(open(*config))) return named;
     if (const auto model = found(name + "/model.sdf")) return model;
     if (const auto whole = found(name)) return whole;
-    if (address.find("://") != address.npos) break;  // a name without scheme is also that of a model
   }
   return missing(file, element, uri);
 }
 
 std::optional<fs::path> SdfFiles::mesh(const XmlFile& file, const XmlFile::Element& element,
                                        const std::string& uri) {
+  std::error_code error;
+  for (const fs::path& folder : options_.packages)
+    if (const auto cached = in_cache(folder, uri); cached && fs::is_regular_file(*cached, error))
+      return fs::absolute(*cached).lexically_normal();
   if (const auto found = find_mesh_file(local_address(uri), file.file(), options_.packages))
     return fs::absolute(*found).lexically_normal();
   return missing(file, element, uri);

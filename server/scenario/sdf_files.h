@@ -22,7 +22,7 @@ class SdfFiles {
 
   /// The SDFormat file of an included model: a file, or a folder with model.config or model.sdf, as model://NAME,
   /// package://NAME, file://PATH, PATH relative to `file`, or https://HOST/.../models/NAME, of which a copy below the
-  /// packages is used. None: it is missing, and SdfOptions::leave_out_missing. Throws if it is missing.
+  /// packages is used, or the one in a cache of Gazebo Fuel that is among them. None: it is missing, and SdfOptions::leave_out_missing. Throws if it is missing.
   std::optional<std::filesystem::path> model(const XmlFile& file, const XmlFile::Element& element,
                                              const std::string& uri);
   /// The same for a mesh file.

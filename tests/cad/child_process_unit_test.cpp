@@ -4,9 +4,12 @@
 #include <gmock/gmock.h>
 
 #include <csignal>
+#include <cstdlib>
+#include <ctime>
 #include <stdexcept>
 
 #include "server/cad/body_bytes.h"
+#include "server/cad/time_limit.h"
 #include "tests/support/product_bodies.h"
 
 namespace takt::cad {
@@ -33,6 +36,36 @@ TEST(ChildProcess, WhatDoesNotEndIsStoppedAfterItsTimeOnTheProcessor) {
       1);
   EXPECT_EQ(result.problem, "it takes more than 1 s of computing");
   EXPECT_EQ(result.bytes, "");
+}
+
+/// The process computes for so long.
+void compute(double seconds) {
+  const std::clock_t end = std::clock() + static_cast<std::clock_t>(seconds * CLOCKS_PER_SEC);
+  while (std::clock() < end) continue;
+}
+
+TEST(TimeLimitDeathTest, AProcessThatComputesLongerEndsWithTheSentence) {
+  EXPECT_EXIT(
+      {
+        const TimeLimit limit("product.step: it takes long", 1);
+        compute(60.0);
+      },
+      testing::ExitedWithCode(2), "product.step: it takes long\n");
+}
+
+TEST(TimeLimitDeathTest, OnlyTheWorkBesideItIsLimited) {
+  EXPECT_EXIT(
+      {
+        {
+          const TimeLimit limit("it takes long", 1);
+          // A process of its own has a limit of its own.
+          if (run_in_child([] { return compute(2.5), std::string("done"); }, 20).bytes != "done")
+            std::_Exit(1);
+        }
+        compute(2.5);
+        std::_Exit(0);
+      },
+      testing::ExitedWithCode(0), "");
 }
 
 TEST(ChildProcess, CrashesAndExceptionsAreProblems) {

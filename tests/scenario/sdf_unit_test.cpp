@@ -284,6 +284,36 @@ TEST_F(SdfModels, AreIncludedByTheirNames) {
   expect_pose(world.models[3].links[0].X_WL, at(0, 0, 6));
 }
 
+TEST_F(SdfModels, OfACacheOfFuelAreThoseOfTheirVersion) {
+  // As gz fuel download writes them: names in small letters, a folder for each version.
+  const std::string place = "fuel/fuel.gazebosim.org/openrobotics/models/pallet box/";
+  for (const auto& [version, z] : {std::pair{"2", "2"}, std::pair{"9", "9"}, std::pair{"10", "10"}}) {
+    std::filesystem::create_directories(directory_ / (place + version + "/meshes"));
+    directory_.write(place + version + "/model.config",
+                     "<model><name>Pallet Box</name><sdf version='1.6'>model.sdf</sdf></model>");
+    directory_.write(place + version + "/meshes/box.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    directory_.write(place + version + "/model.sdf",
+                     "<sdf version='1.6'><model name='pallet'><link name='l'><pose>0 0 " + std::string(z) +
+                         " 0 0 0</pose><collision name='c'>" + kBox + "</collision></link></model></sdf>");
+  }
+  options_.packages.push_back(directory_ / "fuel");
+  const std::string at_server = "https://fuel.gazebosim.org/1.0/OpenRobotics/models/Pallet%20Box";
+  for (const auto& [behind, z] : {std::pair{"", 10.0}, std::pair{"/tip", 10.0}, std::pair{"/9", 9.0}}) {
+    const SdfWorld world =
+        read("<world name='w'><include><uri>" + at_server + behind + "</uri></include></world>", options_);
+    ASSERT_EQ(world.models.size(), 1u) << behind;
+    expect_pose(world.models[0].links[0].X_WL, at(0, 0, z));
+  }
+  EXPECT_THAT(error("<world name='w'><include><uri>" + at_server + "/3</uri></include></world>", options_),
+              HasSubstr("/3', which is not there"));
+  const SdfWorld world =
+      read("<model name='m'><link name='l'><collision name='c'><geometry><mesh><uri>" + at_server +
+               "/2/files/meshes/box.obj</uri></mesh></geometry></collision>" + "</link></model>",
+           options_);
+  EXPECT_EQ(world.models.size(), 1u);
+  EXPECT_THAT(world.notes, IsEmpty());
+}
+
 TEST_F(SdfModels, ThatAreMissingAreReported) {
   const std::string missing = "<world name='w'>\n<include><uri>model://pallet</uri></include></world>";
   EXPECT_THAT(error(missing, options_),

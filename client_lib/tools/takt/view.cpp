@@ -113,8 +113,8 @@ void declare_view(CLI::App& app, const Common& common, int& result) {
           "--files,--packages", options.files,
           "folder of mesh files (STL, DAE, OBJ) that robots are drawn with, as their URDF names them "
           "(relative or package://); may be given several times; those of AMENT_PREFIX_PATH, "
-          "ROS_PACKAGE_PATH "
-          "and GZ_SIM_RESOURCE_PATH follow; nothing else is handed out")
+          "ROS_PACKAGE_PATH, GZ_SIM_RESOURCE_PATH "
+          "and GAZEBO_MODEL_PATH follow; nothing else is handed out")
       ->check(CLI::ExistingDirectory)
       ->type_size(1)
       ->allow_extra_args(false);

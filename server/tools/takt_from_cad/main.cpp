@@ -187,6 +187,8 @@ product::Product read(const Arguments& a, std::unique_ptr<cad::StepFile>& step_f
   options.deflection_m = a.deflection_mm * 1e-3;
   options.densities = densities_of(a.densities);
   options.time_limit_s = a.time_limit_s;
+  constexpr int kReading = 10;  // a file has many solids
+  options.reading_limit_s = kReading * a.time_limit_s;
   step_file = std::make_unique<cad::StepFile>(a.file, options);
   return step_file->product();
 }
@@ -287,9 +289,10 @@ int main_of(int argc, char** argv) {
       ->option_text("NAME=KG_PER_M3 ...")
       ->type_size(1)
       ->allow_extra_args(false);
-  app.add_option(
-         "--time-limit", a.time_limit_s,
-         "processor time for the mesh of one solid (s); one that takes longer is left out, with a note")
+  app.add_option("--time-limit", a.time_limit_s,
+                 "processor time for the mesh of one solid (s); one that takes longer is left out, with a "
+                 "note. Reading "
+                 "the file has ten times as much")
       ->check(CLI::Range(1, 86400))
       ->capture_default_str();
   app.add_option("--up", a.up, "axis of the product that points upwards in the cell")

@@ -46,7 +46,7 @@ void write(const SdfCell& cell, const Arguments& arguments) {
 
 int import(const Arguments& arguments) {
   SdfOptions options;
-  options.packages = command_line::package_folders(arguments.packages);
+  options.packages = command_line::model_folders(arguments.packages);
   options.leave_out_missing = arguments.leave_out_missing;
   const SdfCell cell = sdf_cell(read_sdf(arguments.file, options), arguments.directory);
   write(cell, arguments);
