@@ -1,6 +1,6 @@
 import {Cell, STATES, STATE_COLORS, OPEN, CLOSED, GRIPS, FORCE, CONTACT, HOLDS, colorOf} from './cell.js';
 import {download} from './curve_export.js';
-import {$, make} from './dom.js';
+import {$, counted, make} from './dom.js';
 import {ComponentType, Pace, PartState, SimulationState, nameOf} from './messages.js';
 import {Eye, Ruler} from './eye.js';
 import {Inspector} from './inspector.js';
@@ -232,7 +232,7 @@ requestAnimationFrame(draw);
 // --- controls -------------------------------------------------------------------------------------------------------
 // `aside`: the sentence of the answer is not shown.
 function ask(request, args, aside = false) {
-  return link.call(request, args).then((reply) => { if (!aside) tell(`${reply.message} ${lower.warning()}`.trim()); return reply; },
+  return counted(link.call(request, args), (sentence) => { if (!aside) tell(sentence); }).then((reply) => { if (!aside) tell(`${reply.message} ${lower.warning()}`.trim()); return reply; },
     (error) => { if (!aside) tell(error.message); throw error; });
 }
 const on = (id, request, args = () => ({})) => { $(id).onclick = () => ask(request, args()).catch(() => {}); };
