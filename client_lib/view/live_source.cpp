@@ -109,31 +109,42 @@ void LiveSource::run() {
   }
 }
 
-void LiveSource::reach() {
+void LiveSource::reach(Sender& sender) {
   constexpr Seconds patience{3.0};
-  if (!client_) client_ = std::make_unique<Client>(options_);
+  if (!sender.client) {
+    ClientOptions options = options_;
+    options.while_waiting = [this] {
+      if (ending_) throw ClientError(ClientError::Kind::timeout, "takt view ends; the server goes on.");
+    };
+    sender.client = std::make_unique<Client>(options);
+  }
   const auto begun = std::chrono::steady_clock::now();
   for (;;) {
     try {
-      client_->get_state();
+      sender.client->get_state();
       return;
     } catch (const ClientError& error) {
       const Seconds waited = std::chrono::steady_clock::now() - begun;
       if (error.kind() != ClientError::Kind::lost || waited >= patience ||
-          !client_->wait_for_connection(patience - waited))
+          !sender.client->wait_for_connection(patience - waited))
         throw;
     }
   }
 }
 
 Answer LiveSource::request(const std::string& name, const Arguments& arguments) {
+  // A scenario takes as long as its meshes need. A server that is silent or gone ends the wait.
+  constexpr Seconds forever = Seconds::max();
+  const bool by_host = is_for_host(name);
+  Sender& sender = by_host ? to_host_ : usual_;
   try {
-    if (auto answer = pendant_.request(name, arguments)) return *std::move(answer);
-    reach();
-    Reply reply = client_->request(name, arguments);
+    if (!by_host)
+      if (auto answer = pendant_.request(name, arguments)) return *std::move(answer);
+    reach(sender);
+    Reply reply = sender.client->request(name, arguments, by_host ? forever : options_.timeout);
     return {ControlResult::ok, std::move(reply.message), std::move(reply.values)};
   } catch (const ClientError& error) {
-    if (error.kind() == ClientError::Kind::lost) client_.reset();  // the next request connects again
+    if (error.kind() == ClientError::Kind::lost) sender.client.reset();  // the next request connects again
     return {error.result().value_or(ControlResult::failed), error.what(), {}};
   }
 }

@@ -1,6 +1,7 @@
 #pragma once
 // A running cell as a stream: its topics as they are sent, while a viewer subscribes to them, and its control
 // requests. It is an ordinary client of the cell and survives every stop and start of the server.
+#include <atomic>
 #include <condition_variable>
 #include <map>
 #include <memory>
@@ -24,8 +25,11 @@ class LiveSource {
   LiveSource(const LiveSource&) = delete;
   LiveSource& operator=(const LiveSource&) = delete;
 
-  /// A request of the control vocabulary, sent to the cell; or one of the pendant.
+  /// A request of the control vocabulary, sent to the cell; or one of the pendant. Two threads may call it: one for
+  /// the requests that is_for_host() names, whose answers are waited for as long as the server lives, and one for others.
   Answer request(const std::string& name, const Arguments& arguments);
+  /// Requests that wait for their answer are given up. Any thread.
+  void end() { ending_ = true; }
 
  private:
   struct Wanted {
@@ -35,9 +39,12 @@ class LiveSource {
   void add(const client::RawTopic& topic);
   void want(const std::string& topic, bool wanted);
   void run();
+  struct Sender {
+    std::unique_ptr<Client> client;  ///< made when the first request comes
+  };
   /// Repeats a harmless request until the cell answers. After a restart of the server the page may show the cell
   /// before DDS has connected the client of the requests. The viewer's request itself is sent once.
-  void reach();
+  void reach(Sender& sender);
 
   const ClientOptions options_;
   Stream& stream_;
@@ -48,7 +55,8 @@ class LiveSource {
   // One entry per topic: DDS follows the latest count, however often the subscriptions change meanwhile.
   std::map<std::string, Wanted> wanted_;
   std::set<std::string> to_follow_;  ///< of these topics, wanted_ has changed
-  std::unique_ptr<Client> client_;   ///< made when the first request comes
+  std::atomic<bool> ending_ = false;
+  Sender usual_, to_host_;
   Pendant pendant_;
   std::unique_ptr<client::RawTopics> topics_;
   std::thread thread_;

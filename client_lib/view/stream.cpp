@@ -2,6 +2,11 @@
 
 namespace takt::view {
 
+bool is_for_host(std::string_view request) {
+  const RequestInfo* info = find_request(request);
+  return info != nullptr && info->phase == RequestPhase::host;
+}
+
 std::uint32_t Stream::add_channel(Channel channel) {
   const std::lock_guard lock(mutex_);
   channel.id = static_cast<std::uint32_t>(slots_.size() + 1);

@@ -72,6 +72,9 @@ class Stream {
   std::vector<std::pair<const void*, OnWanted>> on_wanted_;  ///< guarded by wanted_mutex_
 };
 
+/// The thread of the server that exchanges the scenario answers this request.
+bool is_for_host(std::string_view request);
+
 /// Answer to a request of the control vocabulary.
 struct Answer {
   ControlResult result = ControlResult::ok;

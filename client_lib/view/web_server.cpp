@@ -61,7 +61,8 @@ struct WebServer::Impl final : WebRequest::Sessions {
   bool make_room() override;
   void enter(tcp::socket&& socket, const WebRequest::Message& request, bool may_control) override;
   void tick();
-  void work();
+  struct Lane;
+  void work(Lane& lane);
   void add(const std::shared_ptr<Session>& session);
   void remove(const std::shared_ptr<Session>& session);
   struct Asked {
@@ -85,13 +86,17 @@ struct WebServer::Impl final : WebRequest::Sessions {
   std::uint64_t session_count = 0;
   std::thread thread;
 
-  // Requests are answered in a thread of their own: an answer may take seconds.
+  // Requests are answered in threads of their own: an answer may take seconds. That of the thread which exchanges the
+  // scenario takes as long as a scenario takes to be read; meanwhile all other requests are answered.
+  struct Lane {
+    std::deque<Asked> calls;
+    std::thread worker;
+  };
   std::mutex mutex;
   std::condition_variable asked;
-  std::deque<Asked> calls;
+  Lane usual, host;
   std::size_t calls_bytes = 0;
   bool over = false;
-  std::thread worker;
 };
 
 /// A viewer, connected by a WebSocket.
@@ -407,20 +412,22 @@ void WebServer::Impl::tick() {
 
 bool WebServer::Impl::ask(Asked asked_for) {
   const std::lock_guard lock(mutex);
-  if (calls.size() >= kMaxCalls || calls_bytes + asked_for.bytes > kMaxCalls_bytes) return false;
+  if (usual.calls.size() + host.calls.size() >= kMaxCalls || calls_bytes + asked_for.bytes > kMaxCalls_bytes)
+    return false;
   calls_bytes += asked_for.bytes;
-  calls.push_back(std::move(asked_for));
-  asked.notify_one();
+  Lane& lane = is_for_host(asked_for.call.request) ? host : usual;
+  lane.calls.push_back(std::move(asked_for));
+  asked.notify_all();
   return true;
 }
 
-void WebServer::Impl::work() {
+void WebServer::Impl::work(Lane& lane) {
   std::unique_lock lock(mutex);
   for (;;) {
-    asked.wait(lock, [&] { return over || !calls.empty(); });
+    asked.wait(lock, [&] { return over || !lane.calls.empty(); });
     if (over) return;
-    auto [session, call, bytes] = std::move(calls.front());
-    calls.pop_front();
+    auto [session, call, bytes] = std::move(lane.calls.front());
+    lane.calls.pop_front();
     calls_bytes -= bytes;
     lock.unlock();
     Answer answer;
@@ -443,7 +450,8 @@ WebServer::WebServer(Stream& stream, WebOptions options, Control control)
   impl_->listen();
   impl_->accept();
   impl_->thread = std::thread([this] { impl_->run(); });
-  impl_->worker = std::thread([this] { impl_->work(); });
+  for (Impl::Lane* lane : {&impl_->usual, &impl_->host})
+    lane->worker = std::thread([this, lane] { impl_->work(*lane); });
 }
 
 WebServer::~WebServer() {
@@ -452,7 +460,8 @@ WebServer::~WebServer() {
     impl_->over = true;
     impl_->asked.notify_all();
   }
-  impl_->worker.join();
+  impl_->usual.worker.join();
+  impl_->host.worker.join();
   impl_->context.stop();
   impl_->thread.join();
   for (const auto& session : impl_->sessions) session->leave();

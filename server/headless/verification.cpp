@@ -9,6 +9,7 @@
 #include "idl/common/mesh_path.h"
 #include "idl/common/text.h"
 #include "server/headless/report.h"
+#include "server/scenario/note_sentences.h"
 #include "server/scenario/scenario_reader.h"
 #include "server/simulation/model/model_hash.h"
 
@@ -93,9 +94,8 @@ class SceneRunner {
   /// The hash is that of the first run, which is the finest; files are those of all runs.
   void note_files(const Scenario& scenario, const CellModel& cell) {
     if (result_.model_hash.empty()) result_.model_hash = hexadecimal_text(model_hash(cell));
-    for (const ImportNote& one : cell.import_notes)
-      if (std::find(result_.notes.begin(), result_.notes.end(), one.sentence) == result_.notes.end())
-        result_.notes.push_back(one.sentence);
+    notes_.insert(notes_.end(), cell.import_notes.begin(), cell.import_notes.end());
+    result_.notes = note_sentences(notes_);
     const auto note = [&](const char* role, const std::filesystem::path& path) {
       const std::filesystem::path file = split_mesh_path(path).file;
       if (file.empty() || !noted_.insert(file).second) return;
@@ -117,6 +117,7 @@ class SceneRunner {
   const VerificationOptions& options_;
   VerifiedScene& result_;
   std::set<std::filesystem::path> noted_;
+  std::vector<ImportNote> notes_;  ///< of all runs
 };
 
 std::string number(double value) {

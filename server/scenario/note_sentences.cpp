@@ -39,8 +39,10 @@ std::vector<std::string> note_sentences(const std::vector<ImportNote>& notes) {
     const auto [found, is_new] = known.emplace(without_name(note), groups.size());
     if (is_new)
       groups.push_back({note.sentence, {}});
-    else if (note.sentence != groups[found->second].sentence)
-      groups[found->second].others.push_back(note.component);
+    else if (auto& [sentence, others] = groups[found->second];
+             note.sentence != sentence &&
+             std::find(others.begin(), others.end(), note.component) == others.end())
+      others.push_back(note.component);
   }
   constexpr std::size_t kNamed = 4;
   std::vector<std::string> sentences;

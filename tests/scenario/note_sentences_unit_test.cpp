@@ -23,6 +23,11 @@ TEST(NoteSentences, OneSentenceOfOneComponentIsThereOnce) {
   EXPECT_THAT(note_sentences(
                   {{"A", "A sinks.", {}}, {"A", "A sinks.", {}}, {"A", "A floats.", {}}, {"", "Else.", {}}}),
               testing::ElementsAre("A sinks.", "A floats.", "Else."));
+  // The notes of two runs of one cell.
+  EXPECT_THAT(
+      note_sentences(
+          {{"A", "A sinks.", {}}, {"B", "B sinks.", {}}, {"A", "A sinks.", {}}, {"B", "B sinks.", {}}}),
+      testing::ElementsAre("A sinks. So it is with B."));
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
+#include <functional>
 
 #include "client_lib/tools/takt/commands.h"
 #include "client_lib/view/addresses.h"
@@ -43,7 +44,7 @@ sigset_t ending_signals() {
 }
 
 void serve(const Common& common, const ViewOptions& options, view::Stream& stream, view::WebOptions web,
-           view::Control control) {
+           view::Control control, const std::function<void()>& end = {}) {
   web.address = options.address;
   web.port = options.port;
   web.page = page_directory(options.page);
@@ -62,6 +63,7 @@ void serve(const Common& common, const ViewOptions& options, view::Stream& strea
   int signal = 0;
   const sigset_t signals = ending_signals();
   sigwait(&signals, &signal);
+  if (end) end();
 }
 
 int view(const Common& common, const ViewOptions& options) {
@@ -86,8 +88,10 @@ int view(const Common& common, const ViewOptions& options) {
   web.name = common.client.cell;
   web.metadata = {{"source", "live"}, {"cell", common.client.cell}};
   web.metrics = [&metrics] { return metrics.text(); };
-  serve(common, options, stream, std::move(web),
-        [&](const std::string& name, const Arguments& arguments) { return source.request(name, arguments); });
+  serve(
+      common, options, stream, std::move(web),
+      [&](const std::string& name, const Arguments& arguments) { return source.request(name, arguments); },
+      [&] { source.end(); });
   return kOk;
 }
 

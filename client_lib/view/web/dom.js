@@ -8,6 +8,11 @@ export const make = (kind, text = '', attributes = {}) => {
   made.textContent = text;
   return made;
 };
+// The answer to a request; where it takes long, say() gets the seconds. takt view refuses when the server is silent.
+export function counted(answer, say) {
+  const begun = performance.now(), timer = setInterval(() => say(`The server is at work: ${Math.round((performance.now() - begun) / 1000)} s`), 1000);
+  return answer.finally(() => clearInterval(timer));
+}
 export const three = ({x, y, z}, factor, digits) => [x, y, z].map((value) => (factor * value).toFixed(digits)).join('  ');
 // Roll, pitch and yaw of a quaternion in degrees.
 export function angles({x, y, z, w}) {

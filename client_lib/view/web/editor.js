@@ -7,7 +7,7 @@ import {Compartment, EditorState} from '@codemirror/state';
 import {hoverTooltip, keymap} from '@codemirror/view';
 import {indentWithTab} from '@codemirror/commands';
 import {basicSetup, EditorView} from 'codemirror';
-import {$, make} from './dom.js';
+import {$, counted, make} from './dom.js';
 import {ControlResult} from './messages.js';
 import schema from './scenario.schema.json';
 import {errorAt, formsAt, keysAt, placeOf, sentenceOf, valuesAt} from './scenario_schema.js';
@@ -64,7 +64,7 @@ export function openEditor({ask, refusal, closed}) {
   };
   const run = async () => {
     if (!(await save())) return;
-    const {result, message} = await request('reload_scenario', {});
+    const {result, message} = await counted(request('reload_scenario', {}), say);
     say(message, result !== ControlResult.ok);
   };
   const view = new EditorView({parent: host, state: EditorState.create({extensions: [

@@ -1,6 +1,6 @@
 import {Cell, STATES, STATE_COLORS, OPEN, CLOSED, GRIPS, FORCE, CONTACT, HOLDS, colorOf} from './cell.js';
 import {download} from './curve_export.js';
-import {$, make} from './dom.js';
+import {$, counted, make} from './dom.js';
 import {ComponentType, Pace, PartState, SimulationState, nameOf} from './messages.js';
 import {Eye, Ruler} from './eye.js';
 import {Inspector} from './inspector.js';
@@ -232,7 +232,7 @@ requestAnimationFrame(draw);
 // --- controls -------------------------------------------------------------------------------------------------------
 // `aside`: the sentence of the answer is not shown.
 function ask(request, args, aside = false) {
-  return link.call(request, args).then((reply) => { if (!aside) tell(`${reply.message} ${lower.warning()}`.trim()); return reply; },
+  return counted(link.call(request, args), (sentence) => { if (!aside) tell(sentence); }).then((reply) => { if (!aside) tell(`${reply.message} ${lower.warning()}`.trim()); return reply; },
     (error) => { if (!aside) tell(error.message); throw error; });
 }
 const on = (id, request, args = () => ({})) => { $(id).onclick = () => ask(request, args()).catch(() => {}); };
@@ -298,10 +298,11 @@ $('link').onclick = () => {
 $('screenshot').onclick = async () => {
   download(await cell.picture(), `takt_${(lower.state?.time ?? 0).toFixed(3)}s.png`);
 };
-const mark = (color, name, kind = '') => [make('i', '', {class: kind, style: `background:#${color.toString(16).padStart(6, '0')}`}), name];
-const line = (...children) => { const made = make('div', ''); made.append(...children); return made; };
-$('legend').replaceChildren(line('parts', ...Object.entries(STATES).flatMap(([state, name]) => mark(STATE_COLORS[state], name))), line('grippers', ...mark(OPEN, 'open'), ...mark(CLOSED, 'commanded to close'), ...mark(GRIPS, 'on a part')),
-  line('marks', ...mark(FORCE, 'force on a part', 'line'), ...mark(CONTACT, 'contact', 'line'), ...mark(HOLDS, 'holding relation', 'line')));
+const inside = (kind, ...children) => { const made = make(kind); made.append(...children); return made; };
+const mark = (color, name, kind = '') => inside('span', make('i', '', {class: kind, style: `background:#${color.toString(16).padStart(6, '0')}`}), name);
+const line = (...children) => inside('div', ...children);
+$('legend').replaceChildren(line('parts', ...Object.entries(STATES).map(([state, name]) => mark(STATE_COLORS[state], name))), line('grippers', mark(OPEN, 'open'), mark(CLOSED, 'commanded to close'), mark(GRIPS, 'on a part')),
+  line('marks', mark(FORCE, 'force on a part', 'line'), mark(CONTACT, 'contact', 'line'), mark(HOLDS, 'holding relation', 'line')));
 
 // --- what is looked at, and what is selected ------------------------------------------------------------------------
 let chosen = null, wanted = null, fitted = Boolean(asked.camera), generation = null, provisional = false;
