@@ -35,6 +35,7 @@ fi
 [[ -n $urcl$rtde_python$others ]] || { echo "peers: no peer lies in $folder; docs/controllers.md names them" >&2; exit 2; }
 [[ -n $urcl$rtde_python ]] || exit $status
 
+rm -f "$log/takt_ur.log"  # of an earlier run: it says that takt-ur listens
 "$bin/takt-server" "$here/../../config/scenarios/block_assembly.yaml" --cell "$TAKT_CELL" --paused >"$log/server.log" 2>&1 &
 processes+=("$!")
 "$bin/takt-ur" "$here/ur_peers.yaml" --start >"$log/takt_ur.log" 2>&1 &
