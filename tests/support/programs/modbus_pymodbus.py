@@ -25,7 +25,8 @@ def client():
     results["too_wide"] = one.write_registers(0, [60000], slave=1).exception_code
     results["inputs"] = len(one.read_discrete_inputs(0, 2, slave=1).bits) >= 2
     results["beyond"] = one.read_input_registers(60000, 2, slave=1).exception_code
-    results["device_identification"] = one.execute(device_identification()).isError()
+    objects = one.execute(device_identification()).information
+    results["device_identification"] = [objects[number].decode() for number in sorted(objects)]
     one.close()
     print(json.dumps(results), flush=True)
 
