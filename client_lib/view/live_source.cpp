@@ -109,24 +109,24 @@ void LiveSource::run() {
   }
 }
 
-void LiveSource::reach(Sender& sender) {
+void LiveSource::reach(std::unique_ptr<Client>& client) {
   constexpr Seconds patience{3.0};
-  if (!sender.client) {
+  if (!client) {
     ClientOptions options = options_;
     options.while_waiting = [this] {
       if (ending_) throw ClientError(ClientError::Kind::timeout, "takt view ends; the server goes on.");
     };
-    sender.client = std::make_unique<Client>(options);
+    client = std::make_unique<Client>(options);
   }
   const auto begun = std::chrono::steady_clock::now();
   for (;;) {
     try {
-      sender.client->get_state();
+      client->get_state();
       return;
     } catch (const ClientError& error) {
       const Seconds waited = std::chrono::steady_clock::now() - begun;
       if (error.kind() != ClientError::Kind::lost || waited >= patience ||
-          !sender.client->wait_for_connection(patience - waited))
+          !client->wait_for_connection(patience - waited))
         throw;
     }
   }
@@ -136,15 +136,15 @@ Answer LiveSource::request(const std::string& name, const Arguments& arguments) 
   // A scenario takes as long as its meshes need. A server that is silent or gone ends the wait.
   constexpr Seconds forever = Seconds::max();
   const bool by_host = is_for_host(name);
-  Sender& sender = by_host ? to_host_ : usual_;
+  std::unique_ptr<Client>& client = by_host ? to_host_ : usual_;
   try {
     if (!by_host)
       if (auto answer = pendant_.request(name, arguments)) return *std::move(answer);
-    reach(sender);
-    Reply reply = sender.client->request(name, arguments, by_host ? forever : options_.timeout);
+    reach(client);
+    Reply reply = client->request(name, arguments, by_host ? forever : options_.timeout);
     return {ControlResult::ok, std::move(reply.message), std::move(reply.values)};
   } catch (const ClientError& error) {
-    if (error.kind() == ClientError::Kind::lost) sender.client.reset();  // the next request connects again
+    if (error.kind() == ClientError::Kind::lost) client.reset();  // the next request connects again
     return {error.result().value_or(ControlResult::failed), error.what(), {}};
   }
 }

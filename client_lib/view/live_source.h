@@ -39,12 +39,9 @@ class LiveSource {
   void add(const client::RawTopic& topic);
   void want(const std::string& topic, bool wanted);
   void run();
-  struct Sender {
-    std::unique_ptr<Client> client;  ///< made when the first request comes
-  };
   /// Repeats a harmless request until the cell answers. After a restart of the server the page may show the cell
   /// before DDS has connected the client of the requests. The viewer's request itself is sent once.
-  void reach(Sender& sender);
+  void reach(std::unique_ptr<Client>& client);
 
   const ClientOptions options_;
   Stream& stream_;
@@ -56,7 +53,7 @@ class LiveSource {
   std::map<std::string, Wanted> wanted_;
   std::set<std::string> to_follow_;  ///< of these topics, wanted_ has changed
   std::atomic<bool> ending_ = false;
-  Sender usual_, to_host_;
+  std::unique_ptr<Client> usual_, to_host_;  ///< made when the first request comes
   Pendant pendant_;
   std::unique_ptr<client::RawTopics> topics_;
   std::thread thread_;

@@ -81,7 +81,7 @@ constexpr auto list_annotations() {
   return made;
 }
 
-/// The list of each @index of a message; nullptr where there is none.
+/// By field of a message: the list whose elements its @index counts; nullptr for a field without one.
 template <Message Type>
 auto index_lists(const Named& cell) {
   static constexpr auto kAnnotations = list_annotations<Type>();

@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <functional>
+#include <initializer_list>
 #include <map>
 #include <optional>
+
+#include "idl/common/text.h"
 
 namespace takt::rtde {
 namespace {
@@ -28,10 +31,11 @@ std::string full_version(const DashboardRobot& robot) {
   return std::count(version.begin(), version.end(), '.') == 2 ? version + ".0" : version;
 }
 
-std::string upper_case(std::string text) {
-  for (char& c : text)
-    if (c >= 'a' && c <= 'z') c = static_cast<char>(c - 'a' + 'A');
-  return text;
+/// The allowed word that this is, in either case; empty if it is another.
+std::string one_of(std::initializer_list<const char*> allowed, std::string_view word) {
+  for (const char* one : allowed)
+    if (lower_text(one) == lower_text(word)) return one;
+  return "";
 }
 
 }  // namespace
@@ -91,8 +95,8 @@ DashboardReply dashboard_reply(std::string_view line, const std::string& client,
   if (argument(line, "stop")) return {robot.stop() ? "Stopped" : "Failed to execute: stop"};
   if (line == "get operational mode") return {state.operational_mode};
   if (const auto mode = argument(line, "set operational mode")) {
-    const std::string name = upper_case(*mode);
-    if (name != "AUTOMATIC" && name != "MANUAL") return {"Failed setting operational mode: " + *mode};
+    const std::string name = one_of({"AUTOMATIC", "MANUAL"}, *mode);
+    if (name.empty()) return {"Failed setting operational mode: " + *mode};
     state.operational_mode = name;
     return {"Operational mode " + *mode + " is set"};
   }
@@ -102,12 +106,10 @@ DashboardReply dashboard_reply(std::string_view line, const std::string& client,
   }
   if (line == "getUserRole") return {state.user_role};
   if (const auto role = argument(line, "setUserRole")) {
-    for (const char* allowed : {"NONE", "PROGRAMMER", "OPERATOR", "LOCKED", "RESTRICTED"}) {
-      if (upper_case(*role) != allowed) continue;
-      state.user_role = allowed;
-      return {"Setting user role: " + *role};
-    }
-    return {"Failed setting user role: " + *role};
+    const std::string name = one_of({"NONE", "PROGRAMMER", "OPERATOR", "LOCKED", "RESTRICTED"}, *role);
+    if (name.empty()) return {"Failed setting user role: " + *role};
+    state.user_role = name;
+    return {"Setting user role: " + *role};
   }
   return {"could not understand: '" + std::string(line) + "'"};
 }
