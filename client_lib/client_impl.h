@@ -182,16 +182,13 @@ bool Client::Impl::wait(std::unique_lock<std::mutex>& lock, Clock::time_point de
   thread_local Clock::time_point looked = Clock::now();
   auto doubtful_until = Clock::now() + late;
   // A last reply may come by another socket than the news that its sender has gone.
-  std::optional<Clock::time_point> gone_since;
+  auto gone_since = Clock::time_point::max();
   for (;;) {
     if (ready()) return true;
     const auto now = Clock::now();
     const auto found_until = link.returned() + rediscovery;
-    if (!gone)
-      gone_since.reset();
-    else if (!gone_since)
-      gone_since = now;
-    const auto heard_until = std::max(found_until, gone_since.value_or(now) + late);
+    gone_since = gone ? std::min(gone_since, now) : Clock::time_point::max();
+    const auto heard_until = std::max(found_until, std::min(gone_since, now) + late);
     if (gone && now > heard_until) throw ClientError(ClientError::Kind::lost, where() + " has gone away.");
     doubtful_until = std::max(doubtful_until, found_until);
     if (silent(now) && now > doubtful_until)

@@ -53,7 +53,7 @@ class Link {
   /// False in the child process after fork(), where no function of the link works. The child's destructor
   /// leaves the DDS entities alone, since they belong to the parent.
   bool is_of_this_process() const;
-  /// The last time at which this process continued after a stop longer than the servers' lease. DDS then
+  /// The last time at which this process continued after a stop so long that servers may have dropped it. DDS then
   /// discovers the servers again, which takes seconds. The clock's epoch means never.
   std::chrono::steady_clock::time_point returned() const { return guard_->returned(); }
   const PacketGuard& guard() const { return *guard_; }

@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <vector>
+
+#include "idl/transport/rtps_guard/stale_participants.h"
+
 namespace takt {
 namespace {
 
@@ -59,17 +63,31 @@ TEST(SuspendDetector, TheQuarantineLastsLongerWithLateTicks) {
   EXPECT_FALSE(suspend_detector.quarantined(36 * kSecond));
 }
 
-/// While other participants still know it, it must not drop them.
-TEST(SuspendDetector, AStopShorterThanALeaseIsIgnored) {
+/// While other participants may still know it, it must not drop them.
+TEST(SuspendDetector, AStopShorterThanALeaseDropsNoPackets) {
   for (std::int64_t stop = 3 * kSecond; stop <= 5 * kSecond; stop += kSecond / 4) {
-    SuspendDetector suspend_detector(kLease, 10 * kSecond);
+    int suspensions = 0;
+    SuspendDetector suspend_detector(kLease, 10 * kSecond, [&] { ++suspensions; });
     EXPECT_EQ(heard_again_ns(suspend_detector, 10 * kSecond + stop), 10 * kSecond + stop);
-    EXPECT_EQ(suspend_detector.resumed_ns(), 0);
+    EXPECT_EQ(suspensions, 0);
+    // Its last announcement lies up to 1 s before the stop, and the last tick half a second.
+    EXPECT_EQ(suspend_detector.resumed_ns(), stop > 7 * kSecond / 2 ? 10 * kSecond + stop : 0);
+  }
+}
+
+TEST(SuspendDetector, EachSuspensionIsReportedOnce) {
+  int suspensions = 0;
+  SuspendDetector suspend_detector(kLease, 10 * kSecond, [&] { ++suspensions; });
+  for (const std::int64_t back : {20, 30, 40}) {
+    EXPECT_TRUE(suspend_detector.quarantined(back * kSecond));
+    EXPECT_TRUE(suspend_detector.quarantined(back * kSecond + 1));
+    suspend_detector.tick(back * kSecond + 2);
+    EXPECT_EQ(suspensions, back / 10 - 1);
   }
 }
 
 TEST(SuspendDetector, AStopJustOverALeaseLastsUntilBothSidesForget) {
-  for (std::int64_t stop = 23 * kSecond / 4; stop <= 7 * kSecond; stop += kSecond / 4) {
+  for (std::int64_t stop = 21 * kSecond / 4; stop <= 7 * kSecond; stop += kSecond / 4) {
     SuspendDetector suspend_detector(kLease, 10 * kSecond);
     const std::int64_t back = 10 * kSecond + stop;
     const std::int64_t heard = heard_again_ns(suspend_detector, back);
@@ -77,6 +95,35 @@ TEST(SuspendDetector, AStopJustOverALeaseLastsUntilBothSidesForget) {
     EXPECT_GE(heard, 10 * kSecond + kSecond / 2 + kLease) << stop;
     EXPECT_LE(heard, back + 3 * kSecond / 2) << stop;
   }
+}
+
+StaleParticipants::Prefix prefix_of(std::uint8_t number) {
+  return {1, 15, number};
+}
+std::vector<std::uint8_t> packet_of(std::uint8_t number) {
+  std::vector<std::uint8_t> packet{'R', 'T', 'P', 'S', 2, 2, 1, 15};
+  const auto prefix = prefix_of(number);
+  packet.insert(packet.end(), prefix.begin(), prefix.end());
+  return packet;
+}
+
+TEST(StaleParticipants, AreThoseFromBeforeASuspensionUntilDdsDropsThem) {
+  StaleParticipants stale;
+  stale.discovered(prefix_of(1));
+  stale.discovered(prefix_of(2));
+  EXPECT_FALSE(stale.sent(packet_of(1)));
+  stale.suspended();
+  stale.discovered(prefix_of(3));
+  EXPECT_TRUE(stale.sent(packet_of(1)));
+  EXPECT_TRUE(stale.sent(packet_of(2)));
+  EXPECT_FALSE(stale.sent(packet_of(3)));
+  stale.discovered(prefix_of(1));  // the same once more: DDS still has its old endpoints
+  EXPECT_TRUE(stale.sent(packet_of(1)));
+  stale.dropped(prefix_of(1));
+  stale.discovered(prefix_of(1));
+  EXPECT_FALSE(stale.sent(packet_of(1)));
+  EXPECT_TRUE(stale.sent(packet_of(2)));
+  EXPECT_FALSE(stale.sent(std::vector<std::uint8_t>(19)));  // too short for a sender
 }
 
 }  // namespace

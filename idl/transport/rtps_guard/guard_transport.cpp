@@ -155,7 +155,7 @@ class GuardTransport final : public ChainedTransport {
   void receive(transports::TransportReceiverInterface* next, const rtps::octet* data, std::uint32_t size,
                const rtps::Locator_t& local, const rtps::Locator_t& remote) override {
     if (!brings_samples(local)) guard_->wait_for_begin();
-    if (guard_->quarantined() || is_foreign(remote)) return;
+    if (guard_->quarantined() || guard_->stale().sent({data, size}) || is_foreign(remote)) return;
     thread_local PacketCopy copy;
     const std::span<std::uint8_t> packet = copy.take({data, size}, guard_->limits().largest_sample_bytes);
     const std::unique_lock one_at_a_time =
@@ -296,6 +296,7 @@ void PacketGuard::follow(DiscoveryListener& listener) {
   listener.follow([guard = shared_from_this()](const DdsGuid& guid, Presence presence) {
     std::array<std::uint8_t, 16> bytes{};
     std::copy_n(guid.entityId.value, 4, std::copy_n(guid.guidPrefix.value, 12, bytes.begin()));
+    if (guid.entityId == rtps::c_EntityId_RTPSParticipant) guard->follow(guid.guidPrefix, presence);
     switch (presence) {
       case Presence::come:
         return guard->memory_.know(bytes);
@@ -305,6 +306,15 @@ void PacketGuard::follow(DiscoveryListener& listener) {
         return guard->memory_.forget(bytes);
     }
   });
+}
+
+void PacketGuard::follow(const rtps::GuidPrefix_t& participant, DiscoveryListener::Presence presence) {
+  StaleParticipants::Prefix prefix{};
+  std::copy_n(participant.value, prefix.size(), prefix.begin());
+  if (presence == DiscoveryListener::Presence::come)
+    stale_.discovered(prefix);
+  else
+    stale_.dropped(prefix);
 }
 
 std::uint64_t PacketGuard::dropped() const {

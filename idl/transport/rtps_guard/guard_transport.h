@@ -17,6 +17,7 @@
 #include "idl/transport/rtps_guard/rtps_fragments.h"
 #include "idl/transport/rtps_guard/rtps_guard.h"
 #include "idl/transport/rtps_guard/rtps_packet_memory.h"
+#include "idl/transport/rtps_guard/stale_participants.h"
 #include "idl/transport/rtps_guard/suspend_detector.h"
 
 namespace takt {
@@ -27,7 +28,7 @@ class PacketGuard : public std::enable_shared_from_this<PacketGuard> {
   /// `lease`: silence after which participants drop each other; std::nullopt: never.
   PacketGuard(const GuardLimits& limits, std::optional<std::chrono::nanoseconds> lease)
       : limits_(limits), fragments_(limits.largest_sample_bytes, limits.most_fragments_joined) {
-    if (lease) suspend_.emplace(*lease);
+    if (lease) suspend_.emplace(*lease, [this] { stale_.suspended(); });
   }
 
   /// Follows the participants that DDS knows and drops. Call it ahead of the participant's construction; the
@@ -65,6 +66,8 @@ class PacketGuard : public std::enable_shared_from_this<PacketGuard> {
   bool is_synchronised(const rtps::GuidPrefix_t& participant, const rtps::EntityId_t& writer) const;
   /// The process was suspended for long: packets are neither received nor sent for a moment (suspend_detector.h).
   bool quarantined() { return suspend_ && suspend_->quarantined(); }
+  /// Packets of these participants are dropped.
+  const StaleParticipants& stale() const { return stale_; }
   /// When that was noticed last; the clock's epoch: never.
   SuspendWatchdog::Clock::time_point returned() {
     return suspend_ ? suspend_->returned() : SuspendWatchdog::Clock::time_point{};
@@ -83,12 +86,15 @@ class PacketGuard : public std::enable_shared_from_this<PacketGuard> {
   std::string summary() const;
 
  private:
+  void follow(const rtps::GuidPrefix_t& participant, DiscoveryListener::Presence presence);
+
   const GuardLimits limits_;
   mutable RtpsSessionState memory_;
   std::mutex discovery_;
   FragmentAssembly fragments_;
   mutable LivelinessTracker heard_;
-  std::optional<SuspendWatchdog> suspend_;
+  StaleParticipants stale_;
+  std::optional<SuspendWatchdog> suspend_;  // its thread uses stale_
   std::array<std::atomic<std::uint64_t>, kRtpsErrorCount> counts_{};
   std::atomic<bool> begun_{false};
   std::mutex begin_mutex_;
