@@ -2,6 +2,7 @@
 // invariants of rigid bodies.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "plant_models/mechanics/rigid_body.h"
@@ -105,6 +106,32 @@ TEST(Solvers, ErrorFallsWithTheTolerance) {
       EXPECT_LT(error, 0.3 * last) << name << " " << tolerance;
       last = error;
     }
+  }
+}
+
+/// Three states that never change.
+class StillModel final : public FreeModel {
+ public:
+  int state_count() const override { return 3; }
+  void initial_state(double* x) const override { std::fill_n(x, 3, 1.0); }
+  void derivatives(double, const double*, const CellMotion&, std::span<const Wrench>,
+                   double* xdot) const override {
+    std::fill_n(xdot, 3, 0.0);
+  }
+};
+
+TEST(Solvers, OtherModelsDoNotLoosenTheTolerance) {
+  for (const std::string& name : kErrorControlled) {
+    NonlinearModel model;
+    std::vector<StillModel> still(100);
+    std::vector<PlantModel*> models{&model};
+    for (StillModel& one : still) models.push_back(&one);
+    LooseSystem alone({&model}), among(models);
+    const auto first = alone.solver(name), second = among.solver(name);
+    ASSERT_TRUE(alone.run(*first, 0.5, 4)) << name;
+    ASSERT_TRUE(among.run(*second, 0.5, 4)) << name;
+    EXPECT_EQ(first->statistics().steps, second->statistics().steps) << name;
+    EXPECT_EQ(alone.x, std::vector<double>(among.x.begin(), among.x.begin() + 3)) << name;
   }
 }
 

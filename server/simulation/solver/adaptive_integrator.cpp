@@ -48,6 +48,21 @@ AdaptiveProblem::AdaptiveProblem(const OdeSystem& system, double tolerance, Syst
   }
 }
 
+double AdaptiveProblem::error_norm(const double* errors, const double* weights) const {
+  double worst = 0.0;
+  for (const OdeSystem::Segment& segment : system_->segments()) {
+    if (segment.count == 0) continue;
+    double sum = 0.0;
+    for (std::size_t i = segment.begin; i < segment.begin + segment.count; ++i) {
+      const double e = errors[i] * weights[i];
+      sum += e * e;
+    }
+    const double mean = sum / static_cast<double>(segment.count);
+    if (!(mean <= worst)) worst = mean;  // NaN too
+  }
+  return std::sqrt(worst);
+}
+
 void AdaptiveProblem::find_groups(double t, const double* x) {
   if (jacobian_) jacobian_->find_groups(*system_, t, x, f_);
 }

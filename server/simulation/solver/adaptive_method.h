@@ -25,6 +25,9 @@ class AdaptiveProblem {
   int indicator_count() const { return indicator_count_; }
   double relative_tolerance() const { return tolerance_; }
   std::span<const double> absolute_tolerances() const { return absolute_tolerances_; }
+  /// Norm of errors with their weights: the root mean square of the worst model. The number of other models in the cell
+  /// must not loosen the tolerance.
+  double error_norm(const double* errors, const double* weights) const;
 
   /// Sets the system of later evaluations.
   void use(OdeSystem& system) { system_ = &system; }

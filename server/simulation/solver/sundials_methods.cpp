@@ -11,6 +11,7 @@
 #include <sundials/sundials_matrix.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <stdexcept>
 #include <vector>
 
@@ -147,6 +148,34 @@ int jacobian_ida(sunrealtype t, sunrealtype cj, N_Vector x, N_Vector xdot, N_Vec
               system.problem->evaluate_jacobian(t, N_VGetArrayPointer(x), N_VGetArrayPointer(f)));
 }
 
+// Serial vectors whose norm is that of the problem. What SUNDIALS does with serial vectors sees the first member.
+struct ProblemVector {
+  _N_VectorContent_Serial serial;
+  const AdaptiveProblem* problem;
+};
+
+const AdaptiveProblem* problem_of(N_Vector v) {
+  return static_cast<const ProblemVector*>(v->content)->problem;
+}
+
+N_Vector with_problem(N_Vector serial, const AdaptiveProblem* problem) {
+  if (serial == nullptr) return nullptr;
+  auto* content = static_cast<ProblemVector*>(std::malloc(sizeof(ProblemVector)));  // SUNDIALS frees it
+  if (content == nullptr) {
+    N_VDestroy_Serial(serial);
+    return nullptr;
+  }
+  *content = {*static_cast<N_VectorContent_Serial>(serial->content), problem};
+  std::free(serial->content);
+  serial->content = content;
+  serial->ops->nvclone = [](N_Vector v) { return with_problem(N_VClone_Serial(v), problem_of(v)); };
+  serial->ops->nvcloneempty = [](N_Vector v) { return with_problem(N_VCloneEmpty_Serial(v), problem_of(v)); };
+  serial->ops->nvwrmsnorm = [](N_Vector errors, N_Vector weights) {
+    return problem_of(errors)->error_norm(N_VGetArrayPointer(errors), N_VGetArrayPointer(weights));
+  };
+  return serial;
+}
+
 // The matrix lives in the problem; SUNDIALS holds an empty shell of it.
 SUNMatrix empty_matrix(SUNContext context) {
   SUNMatrix A = SUNMatNewEmpty(context);
@@ -185,8 +214,8 @@ class SundialsMethod : public AdaptiveMethod {
   explicit SundialsMethod(AdaptiveProblem& problem) : system_{&problem} {
     require(SUNContext_Create(SUN_COMM_NULL, &context_) == 0 && context_reports(context_, system_),
             "a context");
-    x_ = N_VNew_Serial(problem.state_count(), context_);
-    tolerances_ = N_VNew_Serial(problem.state_count(), context_);
+    x_ = with_problem(N_VNew_Serial(problem.state_count(), context_), &problem);
+    tolerances_ = with_problem(N_VNew_Serial(problem.state_count(), context_), &problem);
     matrix_ = empty_matrix(context_);
     solver_ = block_solver(context_, system_);
     require(x_ && tolerances_ && matrix_ && solver_, "memory");
