@@ -219,7 +219,7 @@ TEST(VacuumGripper, APartFallsFromTheGroundThatLetsItGo) {
 // A Ground carries what lies on it: a Part that is let go beside it falls freely, 0.5 g t^2.
 
 /// An object of an OBJ file.
-std::string box(const std::string& name, const Vec3& lower, const Vec3& upper, int vertices_before) {
+std::string box_object(const std::string& name, const Vec3& lower, const Vec3& upper, int vertices_before) {
   std::string text = "o " + name + "\n";
   for (const double z : {lower.z(), upper.z()})
     for (const auto& [x, y] : {std::pair{lower.x(), lower.y()},
@@ -244,8 +244,8 @@ class Corner : public testing::TestWithParam<int> {
  protected:
   std::shared_ptr<const CellModel> cell(const std::string& more) {
     const std::string meshes = std::string(TAKT_CONFIG_DIR) + "/meshes/";
-    directory_.write("corner.obj", box("Wall", {0, -0.05, -0.02}, {0.03, 0.05, 0.3}, 0) +
-                                       box("Foot", {-0.07, -0.05, -0.02}, {0, 0.05, 0}, 8));
+    directory_.write("corner.obj", box_object("Wall", {0, -0.05, -0.02}, {0.03, 0.05, 0.3}, 0) +
+                                       box_object("Foot", {-0.07, -0.05, -0.02}, {0, 0.05, 0}, 8));
     directory_.write(
         "cell.yaml",
         "takt_scenario: 1\nname: cell\nsolver: {method: rk4}\nparts:\n  Block: {mesh: " + meshes +
@@ -299,7 +299,7 @@ TEST_P(Corner, APartFallsAlongAWallThatItTouches) {
 TEST(GroundSupport, APartThatJawsLetGoBesideAWallFalls) {
   const std::string meshes = std::string(TAKT_CONFIG_DIR) + "/meshes/";
   const test::TemporaryDirectory directory;
-  directory.write("wall.obj", box("Wall", {0, -0.03, 0}, {0.03, 0.03, 0.5}, 0));
+  directory.write("wall.obj", box_object("Wall", {0, -0.03, 0}, {0.03, 0.03, 0.5}, 0));
   directory.write(
       "cell.yaml",
       "takt_scenario: 1\nname: cell\nsolver: {method: rk4}\nparts:\n  Block: {mesh: " + meshes +
