@@ -77,9 +77,8 @@ bool CellLink::supervise() {
   const LatestState::Intervals intervals = states_.intervals();
   if (status.pace == Pace::lockstep) {
     shortfall =
-        "The cell runs in lockstep, and this protocol has no lockstep: the cell waits for commands that "
-        "cannot come. "
-        "Set another pace: takt pace realtime.";
+        "The cell runs in lockstep and waits for commands that do not come: start this gateway with "
+        "--lockstep where it has that option, or set another pace: takt pace realtime.";
   } else if (plays_ && options_.needs_wall_time && status.pace != Pace::realtime) {
     shortfall =
         "The cell does not run at the pace realtime, but the outside controller's clock is wall time. Set "

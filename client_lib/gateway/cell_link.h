@@ -3,8 +3,8 @@
 // of the cell's speed. A gateway in lockstep uses LockstepController in place of this class.
 //
 // Registered, the gateway stands in the events of the cell, its commands are in the command log, and the set-points
-// last for its period. At the pace lockstep the cell waits for registered controllers; a protocol without lockstep
-// cannot answer, so that this pace is refused with a sentence.
+// last for its period. At the pace lockstep the cell waits for registered controllers; this class does not answer, so that this
+// pace is refused with a sentence.
 #include <functional>
 #include <memory>
 #include <string>
@@ -35,18 +35,18 @@ struct CellLinkOptions {
   double filter_rad_per_s = 0.0;
 };
 
-class CellLink {
+class CellLink final : public RobotCell {
  public:
   /// `client` outlives this. Throws ClientError.
   CellLink(Client& client, CellLinkOptions options, const std::vector<std::string>& targets);
   /// Unregisters.
-  ~CellLink();
+  ~CellLink() override;
   CellLink(const CellLink&) = delete;
   CellLink& operator=(const CellLink&) = delete;
 
-  std::shared_ptr<const CellInfo> cell() const { return info_; }
-  std::shared_ptr<const State> state() const { return states_.get(); }
-  CommandSender& sender() { return sender_; }
+  std::shared_ptr<const CellInfo> cell() const override { return info_; }
+  std::shared_ptr<const State> state() const override { return states_.get(); }
+  CommandSender& sender() override { return sender_; }
   /// For the status of the cell; at any rate.
   void show(PeerStatus peer) { reporter_.set(std::move(peer)); }
   /// Of the set-points: at least one step of the cell.
@@ -56,7 +56,7 @@ class CellLink {
   /// speed with the protocol's limits and reports changes. True while the robot can follow: the cell plays.
   bool supervise();
   /// The newest result of supervise().
-  bool plays() const { return plays_; }
+  bool plays() const override { return plays_; }
   /// Why the cell cannot keep the protocol's limits; empty if it does.
   const std::string& shortfall() const { return shortfall_; }
   /// "1234 commands sent, 2 replaced by newer ones; instants every 1.0 ms (99 %: 1.4 ms)."

@@ -11,11 +11,12 @@
 #include <vector>
 
 #include "client_lib/client.h"
+#include "client_lib/gateway/robot_cell.h"
 #include "client_lib/gateway/set_point_filter.h"
 
 namespace takt::gateway {
 
-class CommandSender {
+class CommandSender final : public CommandSink {
  public:
   struct Counters {
     std::uint64_t given = 0;     ///< commands that the protocol has given
@@ -27,7 +28,7 @@ class CommandSender {
 
   /// `client` outlives this.
   explicit CommandSender(Client& client);
-  ~CommandSender();
+  ~CommandSender() override;
   CommandSender(const CommandSender&) = delete;
   CommandSender& operator=(const CommandSender&) = delete;
 
@@ -36,15 +37,15 @@ class CommandSender {
   /// The cell has a new instant.
   void instant(double cell_time_s);
 
-  /// As Client::send_joint_command. Any thread, as all functions here; none waits.
-  void move(const std::string& robot, std::vector<double> positions, std::vector<double> velocities = {});
-  /// The robot stops and stays, by its own braking.
-  void stop(const std::string& robot);
-  /// As Client::set_gripper.
-  void grip(const std::string& gripper, GripperAction action, double width_m = 0.0, double max_force_N = 0.0);
-  /// As Client::set_signals. All signals that were set so far are sent: of two commands for one device within a step
-  /// the server applies the newer one alone.
-  void set_signals(const std::string& device, const std::map<std::string, double>& signals);
+  /// Any thread, as all functions here.
+  void move(const std::string& robot, std::vector<double> positions,
+            std::vector<double> velocities = {}) override;
+  void stop(const std::string& robot) override;
+  void grip(const std::string& gripper, GripperAction action, double width_m = 0.0,
+            double max_force_N = 0.0) override;
+  /// All signals that were set so far are sent: of two commands for one device within a step the server applies the newer one
+  /// alone.
+  void set_signals(const std::string& device, const std::map<std::string, double>& signals) override;
 
   Counters counters() const;
 

@@ -262,6 +262,10 @@ bool EventLoop::run_until(const std::function<bool()>& done, Clock::time_point d
   return true;
 }
 
+void EventLoop::poll() {
+  impl_->io.poll();
+}
+
 void EventLoop::stop() {
   impl_->io.stop();
 }

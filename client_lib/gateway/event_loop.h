@@ -83,6 +83,8 @@ class EventLoop {
   void run();
   /// Runs callbacks until `done` is true after one of them, or the deadline has passed. Returns done().
   bool run_until(const std::function<bool()>& done, Clock::time_point deadline);
+  /// Runs the callbacks that are due, without a wait.
+  void poll();
   /// Ends run() and run_until(); any thread.
   void stop();
   bool stopped() const;

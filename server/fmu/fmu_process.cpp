@@ -48,10 +48,8 @@ std::string FmuProcess::spawn() {
   sigfillset(&usual);
   posix_spawnattr_setsigmask(&attributes, &none);
   posix_spawnattr_setsigdefault(&attributes, &usual);
-  // A group of its own: Ctrl-C at the terminal is for takt, which ends the FMU itself.
-  posix_spawnattr_setpgroup(&attributes, 0);
-  posix_spawnattr_setflags(&attributes,
-                           POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
+  // A session of its own, without terminal: Ctrl-C is for takt, which ends the FMU itself.
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETSID);
   std::string program = p_->host.string();
   std::array<char*, 2> arguments{program.data(), nullptr};
   const int failed =
@@ -88,23 +86,48 @@ std::string FmuProcess::how_it_ended() {
   if (WIFSIGNALED(status) && WTERMSIG(status) != SIGKILL)
     return "crashed: signal " + std::to_string(WTERMSIG(status)) + " (" + ::strsignal(WTERMSIG(status)) + ")";
   if (WIFEXITED(status)) return "ended its process with exit code " + std::to_string(WEXITSTATUS(status));
-  return "ended its process";
+  return "was killed, or closed its connection to takt,";
+}
+
+/// Waits for the socket; false at the deadline (monotonic, s).
+bool FmuProcess::wait(short for_what, double deadline_s) {
+  while (true) {
+    const double left_s = deadline_s - monotonic_s();
+    if (left_s <= 0.0) return false;
+    pollfd one{socket_, for_what, 0};
+    const int ready = ::poll(&one, 1, static_cast<int>(std::ceil(1e3 * std::min(left_s, 1e6))));
+    if (ready > 0) return true;
+    if (ready < 0 && errno != EINTR) return false;
+  }
+}
+
+std::string FmuProcess::too_late(const char* what, double timeout_s) {
+  end();
+  return std::string("the FMU did not answer ") + what + " within " + number_text(timeout_s, 6) +
+         " s (timeout_s), and was ended";
+}
+
+std::string FmuProcess::send(const void* from, std::size_t size, double deadline_s, const char* what,
+                             double timeout_s) {
+  const auto* bytes = static_cast<const char*>(from);
+  while (size > 0) {
+    const ssize_t sent = ::send(socket_, bytes, size, MSG_NOSIGNAL | MSG_DONTWAIT);
+    if (sent > 0) {
+      bytes += sent, size -= static_cast<std::size_t>(sent);
+    } else if (sent < 0 && errno == EAGAIN) {
+      if (!wait(POLLOUT, deadline_s)) return too_late(what, timeout_s);
+    } else if (sent == 0 || errno != EINTR) {
+      return std::string("the FMU ") + how_it_ended() + " before " + what;
+    }
+  }
+  return {};
 }
 
 std::string FmuProcess::receive(void* to, std::size_t size, double deadline_s, const char* what,
                                 double timeout_s) {
   auto* bytes = static_cast<char*>(to);
   while (size > 0) {
-    const double left_s = deadline_s - monotonic_s();
-    pollfd one{socket_, POLLIN, 0};
-    const int ready =
-        left_s <= 0.0 ? 0 : ::poll(&one, 1, static_cast<int>(std::ceil(1e3 * std::min(left_s, 1e6))));
-    if (ready < 0 && errno == EINTR) continue;
-    if (ready == 0) {
-      end();
-      return std::string("the FMU did not answer ") + what + " within " + number_text(timeout_s, 6) +
-             " s (timeout_s), and was ended";
-    }
+    if (!wait(POLLIN, deadline_s)) return too_late(what, timeout_s);
     const ssize_t got = ::recv(socket_, bytes, size, 0);
     if (got < 0 && errno == EINTR) continue;
     if (got <= 0) return std::string("the FMU ") + how_it_ended() + " during " + what;
@@ -116,8 +139,10 @@ std::string FmuProcess::receive(void* to, std::size_t size, double deadline_s, c
 std::string FmuProcess::exchange(const char* what, double timeout_s) {
   if (socket_ < 0) return "the FMU does not run";
   const double deadline_s = monotonic_s() + timeout_s;
-  if (!fmu_wire::send_message(socket_, message_)) return std::string("the FMU ") + how_it_ended();
-  std::uint32_t length = 0;
+  auto length = static_cast<std::uint32_t>(message_.size());
+  if (std::string why = send(&length, sizeof length, deadline_s, what, timeout_s); !why.empty()) return why;
+  if (std::string why = send(message_.data(), message_.size(), deadline_s, what, timeout_s); !why.empty())
+    return why;
   if (std::string why = receive(&length, sizeof length, deadline_s, what, timeout_s); !why.empty())
     return why;
   if (length > fmu_wire::kLongestMessage) {

@@ -35,11 +35,14 @@ class FmuProcess final : public FmuLink {
  private:
   std::string spawn();
   void end();
-  /// How the process ended, after it has.
+  /// How the process ended, after it has or has closed the socket.
   std::string how_it_ended();
   /// Sends message_ and receives the answer into it. `what`: for errors. Empty on success.
   std::string exchange(const char* what, double timeout_s);
+  bool wait(short for_what, double deadline_s);
+  std::string too_late(const char* what, double timeout_s);
   /// Bytes up to the deadline (monotonic, s).
+  std::string send(const void* from, std::size_t size, double deadline_s, const char* what, double timeout_s);
   std::string receive(void* to, std::size_t size, double deadline_s, const char* what, double timeout_s);
   /// Reads status and texts of an answer; `rest`: its further content.
   std::string answer(const std::function<void(StateReader&)>& rest);

@@ -216,6 +216,133 @@ TEST(VacuumGripper, APartFallsFromTheGroundThatLetsItGo) {
   }
 }
 
+// A Ground carries what lies on it: a Part that is let go beside it falls freely, 0.5 g t^2.
+
+/// An object of an OBJ file.
+std::string box_object(const std::string& name, const Vec3& lower, const Vec3& upper, int vertices_before) {
+  std::string text = "o " + name + "\n";
+  for (const double z : {lower.z(), upper.z()})
+    for (const auto& [x, y] : {std::pair{lower.x(), lower.y()},
+                               {upper.x(), lower.y()},
+                               {upper.x(), upper.y()},
+                               {lower.x(), upper.y()}})
+      text += "v " + std::to_string(x) + " " + std::to_string(y) + " " + std::to_string(z) + "\n";
+  constexpr int kFaces[12][3] = {{1, 4, 3}, {1, 3, 2}, {5, 6, 7}, {5, 7, 8}, {1, 2, 6}, {1, 6, 5},
+                                 {2, 3, 7}, {2, 7, 6}, {3, 4, 8}, {3, 8, 7}, {4, 1, 5}, {4, 5, 8}};
+  for (const auto& face : kFaces) {
+    text += "f";
+    for (const int vertex : face) text += " " + std::to_string(vertex + vertices_before);
+    text += "\n";
+  }
+  return text;
+}
+
+constexpr double kHalfBlock_m = 0.0295, kHeight_m = 0.1;
+
+/// A block of 59 mm beside the wall of a corner, at this height above the corner's foot.
+class Corner : public testing::TestWithParam<int> {
+ protected:
+  std::shared_ptr<const CellModel> cell(const std::string& more) {
+    const std::string meshes = std::string(TAKT_CONFIG_DIR) + "/meshes/";
+    directory_.write("corner.obj", box_object("Wall", {0, -0.05, -0.02}, {0.03, 0.05, 0.3}, 0) +
+                                       box_object("Foot", {-0.07, -0.05, -0.02}, {0, 0.05, 0}, 8));
+    directory_.write(
+        "cell.yaml",
+        "takt_scenario: 1\nname: cell\nsolver: {method: rk4}\nparts:\n  Block: {mesh: " + meshes +
+            "C.obj, mass_kg: 0.5, hierarchy: 1, pose: {position_m: [0, 0, " + std::to_string(kHeight_m) +
+            "]}}\ngrounds:\n  Corner: {mesh: corner.obj, convex: objects, pose: {position_m: [" +
+            std::to_string(kHalfBlock_m) + ", 0, 0]}}\n  Above: {mesh: " + meshes +
+            "P.obj, pose: {position_m: [0, 0, 0.18]}}\nvacuum_grippers:\n  Cup: {cups: [{diameter_m: 0.02}], "
+            "pressure_Pa: 50000, evacuation_time_s: 0.001, release_time_s: 1e-4, " +
+            more + "}\n");
+    ScenarioOptions options;
+    options.level_of_detail = GetParam();
+    return load_cell(directory_.path() / "cell.yaml", options);
+  }
+  /// A cup takes the block and lets it go: it falls freely, and lies on the foot.
+  static void falls(const std::shared_ptr<const CellModel>& model, const std::string& holder) {
+    DeviceCell cell(model), restored(model);
+    cell.set("Cup", "vacuum", 1.0);
+    cell.run(0.05);
+    ASSERT_EQ(cell.partner("Block"), holder);
+    const double from_m = cell.component("Block").p_WB.z();
+    cell.set("Cup", "vacuum", 0.0);
+    while (cell.read("Cup", "part_present") > 0.0) ASSERT_TRUE(cell.step());
+    std::vector<std::byte> bytes;
+    ASSERT_EQ(cell.simulation().save_state(bytes), "");
+    ASSERT_EQ(restored.simulation().restore_state(bytes), "");
+    constexpr double kFlight_s = 0.1;
+    cell.run(kFlight_s), restored.run(kFlight_s);
+    EXPECT_EQ(cell.partner("Block"), "");
+    EXPECT_NEAR(cell.component("Block").p_WB.z(), from_m - 0.5 * DeviceCell::kGravity * kFlight_s * kFlight_s,
+                DeviceCell::kGravity * kFlight_s * 0.003);
+    EXPECT_NEAR(cell.component("Block").p_WB.x(), 0.0, 1e-4);
+    cell.run(0.4), restored.run(0.4);
+    EXPECT_EQ(cell.partner("Block"), "Corner");
+    EXPECT_NEAR(cell.component("Block").p_WB.z(), 0.0, 1e-3);
+    EXPECT_EQ(cell.simulation().state_hash(), restored.simulation().state_hash());
+  }
+
+ private:
+  test::TemporaryDirectory directory_;
+};
+INSTANTIATE_TEST_SUITE_P(Levels, Corner, testing::Values(1, 2));
+
+TEST_P(Corner, APartFallsFromTheWallThatLetsItGo) {
+  falls(cell("at: Corner, mount: {pose: {position_m: [0, 0, 0.14], rpy_deg: [0, -90, 0]}}"), "Corner");
+}
+
+TEST_P(Corner, APartFallsAlongAWallThatItTouches) {
+  falls(cell("at: Above, mount: {pose: {rpy_deg: [180, 0, 0]}}"), "Above");
+}
+
+TEST(GroundSupport, APartThatJawsLetGoBesideAWallFalls) {
+  const std::string meshes = std::string(TAKT_CONFIG_DIR) + "/meshes/";
+  const test::TemporaryDirectory directory;
+  directory.write("wall.obj", box_object("Wall", {0, -0.03, 0}, {0.03, 0.03, 0.5}, 0));
+  directory.write(
+      "cell.yaml",
+      "takt_scenario: 1\nname: cell\nsolver: {method: rk4}\nparts:\n  Block: {mesh: " + meshes +
+          "C.obj, mass_kg: 0.5, hierarchy: 1, pose: {position_m: [0, 0, 0.7]}}\ngrounds:\n  Table: {mesh: " +
+          meshes +
+          "table.obj, convex: objects, pose: {position_m: [0, 0, 0.7]}}\n  Wall: {mesh: wall.obj, pose: " +
+          "{position_m: [" + std::to_string(kHalfBlock_m) +
+          ", 0, 0.7]}}\nrobots:\n  Slide: {urdf: " + TAKT_CONFIG_DIR +
+          "/robots/press.urdf, pose: {position_m: [0, 0, 1.23]}, initial_joints_rad: [0.3]}\ngrippers:\n  "
+          "Head: "
+          "{robot: Slide, body_mesh: " +
+          meshes + "gripper_body.obj, jaw_mesh: " + meshes +
+          "gripper_jaw.obj, max_width_m: 0.15, initial_width_m: 0.11, jaw_speed_m_per_s: 0.075, max_force_N: "
+          "150, grasp: on_command}\n");
+  DeviceCell cell(load_cell(directory.path() / "cell.yaml"));
+  GripperCommand command;
+  command.gripper = 0;
+  command.action = GripperAction::close;
+  cell.give(command);
+  cell.run(0.5);
+  ASSERT_EQ(cell.partner("Block"), "Head");
+  constexpr double kLift_m = 0.15, kTime_s = 1.5;  // the slide is no faster than 0.2 m/s
+  for (double t = DeviceCell::kStep_s; t < kTime_s + 1e-9; t += DeviceCell::kStep_s) {
+    const double s = t / kTime_s;
+    cell.slide_to(0.3 - kLift_m * s * s * (3.0 - 2.0 * s), -kLift_m * 6.0 * s * (1.0 - s) / kTime_s);
+    ASSERT_TRUE(cell.step());
+  }
+  cell.run(0.2);
+  ASSERT_EQ(cell.partner("Block"), "Head");
+  const double from_m = cell.component("Block").p_WB.z();
+  EXPECT_NEAR(from_m, 0.7 + kLift_m, 0.001);
+  command.action = GripperAction::open;
+  cell.give(command);
+  while (cell.partner("Block") == "Head") ASSERT_TRUE(cell.step());
+  EXPECT_EQ(cell.partner("Block"), "");
+  constexpr double kFlight_s = 0.1;
+  cell.run(kFlight_s);
+  EXPECT_NEAR(cell.component("Block").p_WB.z(), from_m - 0.5 * DeviceCell::kGravity * kFlight_s * kFlight_s,
+              DeviceCell::kGravity * kFlight_s * 0.003);
+  cell.run(0.3);
+  EXPECT_EQ(cell.partner("Block"), "Table");
+}
+
 TEST(MagneticGripper, LosesAPartAtItsForceAndKeepsNoneByTooSmallAResidue) {
   DeviceCell cell(DeviceCell::load_device("magnetic_gripper"));
   cell.set("Magnet", "magnet", 1.0);

@@ -1,7 +1,15 @@
 // FMUs that crash, hang, take all memory, leave, answer errors or change what is not theirs: the cell goes on.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <linux/filter.h>
+#include <linux/seccomp.h>
+#include <sys/prctl.h>
+#include <sys/syscall.h>
 #include <xmmintrin.h>
+
+#include <array>
+#include <cerrno>
+#include <iostream>
 
 #include "tests/support/fmu_cell.h"
 
@@ -26,7 +34,16 @@ enum class Trouble {
   leave,
   write_file,
   network,
-  chdir_away
+  chdir_away,
+  others,
+  abort_itself,
+  stop_itself,
+  block,
+  close_all,
+  big_file,
+  garbage,
+  print,
+  thread
 };
 
 struct TroubleCase {
@@ -51,7 +68,13 @@ INSTANTIATE_TEST_SUITE_P(
                                 "answered fmi2Error to fmi2DoStep: \"the brushes are worn at 0.01 s\""},
                     TroubleCase{Trouble::fatal, "answered fmi2Fatal to fmi2DoStep"},
                     TroubleCase{Trouble::not_a_number, "an output of the FMU is nan"},
-                    TroubleCase{Trouble::leave, "ended its process with exit code 7"}));
+                    TroubleCase{Trouble::leave, "ended its process with exit code 7"},
+                    TroubleCase{Trouble::abort_itself, "crashed: signal 6"},
+                    TroubleCase{Trouble::stop_itself, "did not answer a step within 2 s (timeout_s)"},
+                    TroubleCase{Trouble::block, "did not answer a step within 2 s (timeout_s)"},
+                    TroubleCase{Trouble::close_all, " during a step"},
+                    TroubleCase{Trouble::big_file, "crashed: signal 25"},
+                    TroubleCase{Trouble::garbage, "with bytes that are no answer"}));
 
 TEST_P(Troubles, AreReportedOnceWithHeldOutputsUntilAReset) {
   FmuCell cell(kTestFmus / "motor2.fmu", keys());
@@ -127,6 +150,50 @@ TEST(Trouble, WhatAnFmuChangesForItsProcessIsPutBackAndNoted) {
 TEST(Trouble, TheNetworkIsClosedToAnFmu) {
   std::string notices;
   EXPECT_EQ(run_with(Trouble::network, notices, "result"), 0.0);
+}
+
+TEST(Trouble, AnFmuReachesNoOtherProcess) {
+  std::string notices;
+  EXPECT_EQ(run_with(Trouble::others, notices, "result"), 0.0) << "a bit for each attempt of harm.h";
+  EXPECT_EQ(notices, "");
+}
+
+TEST(Trouble, OutputWithoutEndAndThreadsThatGoOnChangeNothing) {
+  std::string notices;
+  const double usual = run_with(Trouble::none, notices);
+  for (const Trouble trouble : {Trouble::print, Trouble::thread}) {
+    EXPECT_EQ(run_with(trouble, notices), usual);
+    EXPECT_EQ(notices, "");
+  }
+}
+
+/// From here on the kernel refuses to filter system calls, as that of some containers does.
+void refuse_filters() {
+  constexpr auto kLoad = static_cast<std::uint16_t>(BPF_LD | BPF_W | BPF_ABS);
+  constexpr auto kEqual = static_cast<std::uint16_t>(BPF_JMP | BPF_JEQ | BPF_K);
+  constexpr auto kReturn = static_cast<std::uint16_t>(BPF_RET | BPF_K);
+  std::array<sock_filter, 6> refuse{{{kLoad, 0, 0, offsetof(seccomp_data, nr)},
+                                     {kEqual, 0, 3, __NR_prctl},
+                                     {kLoad, 0, 0, offsetof(seccomp_data, args[0])},
+                                     {kEqual, 0, 1, PR_SET_SECCOMP},
+                                     {kReturn, 0, 0, SECCOMP_RET_ERRNO | EINVAL},
+                                     {kReturn, 0, 0, SECCOMP_RET_ALLOW}}};
+  const sock_fprog program{static_cast<unsigned short>(refuse.size()), refuse.data()};
+  if (::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0 ||
+      ::prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program, 0, 0) != 0)
+    std::_Exit(2);
+}
+
+TEST(Trouble, AnFmuThatIsNotConfinedRunsAndIsNoted) {
+  const auto run = [] {
+    refuse_filters();
+    std::string notices;
+    const double reached = run_with(Trouble::network, notices, "result");
+    std::cerr << notices;
+    std::_Exit(reached == 1.0 ? 0 : 1);
+  };
+  EXPECT_EXIT(run(), testing::ExitedWithCode(0),
+              "the FMU is not confined: the kernel refuses a filter of system calls \\(Invalid argument\\)");
 }
 
 TEST(Trouble, AnFmuThatCannotBeInitialisedIsRefused) {

@@ -39,6 +39,24 @@ TEST(EventLoop, BytesArriveInOrderAndAClosedPeerIsReported) {
   EXPECT_FALSE(server->is_open());
 }
 
+TEST(EventLoop, PollRunsWhatIsDueAndDoesNotWait) {
+  EventLoop loop;
+  std::shared_ptr<Connection> server, client;
+  const auto port = loop.listen(kHere, 0, [&](auto connection) { server = std::move(connection); });
+  loop.connect(kHere, port, 1, std::chrono::seconds(0),
+               [&](auto connection) { client = std::move(connection); });
+  ASSERT_TRUE(loop.run_until([&] { return client && server; }, Clock::now() + kGenerous));
+  int posted = 0;
+  loop.post([&] { ++posted; });
+  loop.post([&] { ++posted; });
+  EXPECT_FALSE(loop.run_until([] { return false; }, Clock::now()));
+  EXPECT_EQ(posted, 0);
+  loop.poll();
+  EXPECT_EQ(posted, 2);
+  loop.poll();  // the open connections wait for nothing that is due
+  EXPECT_EQ(posted, 2);
+}
+
 TEST(EventLoop, APeerThatDoesNotReadIsClosed) {
   EventLoop loop;
   std::shared_ptr<Connection> server, client;

@@ -284,7 +284,7 @@ class LockstepServer {
   }
   /// For ClientOptions::while_waiting: lets signals end a wait for the cell.
   void poll() {
-    loop_.run_until([] { return false; }, Clock::now());
+    loop_.poll();
     if (loop_.stopped()) throw ClientError(ClientError::Kind::timeout, "Ended by a signal.");
   }
 

@@ -14,6 +14,9 @@ class ExternalProgram final : public RunningProgram {
   ExternalProgram(UrController& controller, const urscript::Program& program);
   ~ExternalProgram() override;
   bool advance() override;
+  bool awaits_driver() const override {
+    return phase_ == Phase::controlled && !cleaning_ && !reverse_closed_ && reverse_.whole_messages() == 0;
+  }
 
  private:
   using Socket = std::shared_ptr<gateway::Connection>;
@@ -83,6 +86,7 @@ class RequestedProgram final : public RunningProgram {
   RequestedProgram(UrController& controller, std::string name, const std::string& host, std::uint16_t port);
   ~RequestedProgram() override;
   bool advance() override;
+  bool awaits_driver() const override { return program_ != nullptr && program_->awaits_driver(); }
 
  private:
   UrController& controller_;

@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
+#include <stdexcept>
 #include <string>
 
 #include "client_lib/tools/connection_options.h"
@@ -15,6 +16,7 @@ namespace {
 constexpr const char* kExamples = R"(
 Examples:
   takt-ur --robot Robot1 --start                    drivers connect to 127.0.0.1
+  takt-ur --robot Robot1 --lockstep --start         the same bits in each run of a driver that answers each data package
   takt-ur config/gateways/ur_block.yaml             with gripper and signals at digital outputs and inputs
   takt-ur follow --address 192.168.56.101 --robot Robot1    the robot follows URSim or a controller
 
@@ -38,13 +40,15 @@ int run(int argc, char** argv) {
         ->check(CLI::ExistingFile);
     one.add_option("--robot", options.robot, "robot of the cell, without a mapping")->excludes("MAPPING");
     one.add_option("--address", options.address, address);
-    one.add_flag("--start", options.start, "set the pace realtime, and the cell playing");
+    one.add_flag("--start", options.start, "set the pace, and the cell playing");
     takt::tool::add_connection_options(one, options.client);
     one.add_option("--timeout", timeout_s, "longest wait for the cell, s")
         ->check(takt::command_line::positive())
         ->capture_default_str();
     takt::tool::add_secure_option(one, options.client);
   };
+  app.add_flag("--lockstep", options.lockstep,
+               "the cell waits for each cycle of 2 ms, and for the driver of an external control program");
   CLI::App* follow = app.add_subcommand("follow", "takt's robot follows a UR controller or its simulator");
   add(app, "IP address to listen at, in place of the mapping's");
   add(*follow, "host name or IP address of the controller");
@@ -56,7 +60,13 @@ int run(int argc, char** argv) {
   }
   options.client.timeout = takt::Seconds{timeout_s};
   try {
-    return follow->parsed() ? takt::ur::run_follower(options) : takt::ur::run_controller(options);
+    if (follow->parsed()) {
+      if (options.lockstep)
+        throw std::invalid_argument(
+            "--lockstep: a real controller does not wait for the cell; allowed: without 'follow'");
+      return takt::ur::run_follower(options);
+    }
+    return options.lockstep ? takt::ur::run_lockstep(options) : takt::ur::run_controller(options);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "takt-ur: %s\n", error.what());
     return 1;

@@ -119,7 +119,8 @@ gateway::PeerStatus Servers::peer(std::uint64_t missed) const {
           missed + left_out_};
 }
 
-void Servers::publish() {
+bool Servers::publish() {
+  const std::uint64_t before = sent_;
   const auto clients = rtde_;  // a client that is closed leaves the list
   for (const auto& client : clients) {
     const std::string package = client->session.data(controller_.cycle());
@@ -138,7 +139,7 @@ void Servers::publish() {
     for (const auto& client : readers)
       if (client->connection->waiting() < kUnread) client->connection->send(package);
   }
-  if (controller_.cycle() % kPrimaryCycles != 0) return;
+  if (controller_.cycle() % kPrimaryCycles != 0) return sent_ > before;
   const std::string state = controller_.primary_state();
   const auto primaries = primary_;
   for (const auto& client : primaries)
@@ -147,6 +148,7 @@ void Servers::publish() {
   drop_closed(primary_);
   drop_closed(realtime_);
   std::erase_if(dashboards_, [](const auto& c) { return !c->is_open(); });
+  return sent_ > before;
 }
 
 }  // namespace takt::ur

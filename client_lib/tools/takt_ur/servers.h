@@ -2,6 +2,7 @@
 // The listening sockets of takt-ur: RTDE, primary and real-time interface, dashboard.
 #include <memory>
 
+#include "client_lib/gateway/gateway_reporter.h"
 #include "client_lib/tools/takt_ur/ur_controller.h"
 
 namespace takt::ur {
@@ -14,8 +15,8 @@ class Servers {
   Servers(const Servers&) = delete;
   Servers& operator=(const Servers&) = delete;
 
-  /// After each cycle of the controller: data packages and primary states that are due.
-  void publish();
+  /// After each cycle of the controller: data packages and primary states that are due. True where a client gets a data package.
+  bool publish();
   std::size_t rtde_clients() const { return rtde_.size(); }
   /// The first RTDE client. `missed`: cycles that were left out.
   gateway::PeerStatus peer(std::uint64_t missed) const;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "client_lib/gateway/cell_link.h"
 #include "client_lib/gateway/ur/dh.h"
 #include "client_lib/kinematics/arm.h"
 #include "client_lib/tools/takt_ur/external_program.h"
@@ -43,7 +44,7 @@ ArmModel UrController::protocol_arm() const {
   return arm;
 }
 
-UrController::UrController(gateway::EventLoop& loop, gateway::CellLink& link, const UrMapping& mapping)
+UrController::UrController(gateway::EventLoop& loop, gateway::RobotCell& link, const UrMapping& mapping)
     : loop_(loop),
       link_(link),
       mapping_(mapping),

@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "client_lib/gateway/cell_link.h"
 #include "client_lib/gateway/event_loop.h"
 #include "client_lib/gateway/force_sensor.h"
+#include "client_lib/gateway/robot_cell.h"
 #include "client_lib/gateway/rtde/dashboard.h"
 #include "client_lib/gateway/rtde/primary.h"
 #include "client_lib/gateway/rtde/server_session.h"
@@ -37,6 +37,8 @@ class RunningProgram {
   const std::string& name() const { return name_; }
   /// One cycle. False when the program has ended. Throws urscript::ScriptError, which ends it with a message.
   virtual bool advance() = 0;
+  /// A driver commands it, and has sent nothing since the last cycle.
+  virtual bool awaits_driver() const { return false; }
 
  private:
   std::string name_;
@@ -53,7 +55,7 @@ class UrController final : public rtde::DashboardRobot {
   static constexpr double kCycle_s = 0.002;
 
   /// All outlive it. Throws ScenarioError where the robot has not six revolute joints.
-  UrController(gateway::EventLoop& loop, gateway::CellLink& link, const UrMapping& mapping);
+  UrController(gateway::EventLoop& loop, gateway::RobotCell& link, const UrMapping& mapping);
   ~UrController() override;
   UrController(const UrController&) = delete;
   UrController& operator=(const UrController&) = delete;
@@ -61,6 +63,10 @@ class UrController final : public rtde::DashboardRobot {
   /// One cycle.
   void advance();
   std::uint64_t cycle() const { return cycle_; }
+  /// The program needs a message of its driver for the next cycle.
+  bool awaits_driver() const {
+    return program_ != nullptr && !paused_ && robot_mode_ == RobotMode::running && program_->awaits_driver();
+  }
   /// Seconds since the controller started; drivers wait for 40 s, which have passed at the start.
   double time_s() const { return 100.0 + kCycle_s * static_cast<double>(cycle_); }
   std::uint64_t timestamp_us() const { return static_cast<std::uint64_t>(1e6 * time_s()); }
@@ -169,7 +175,7 @@ class UrController final : public rtde::DashboardRobot {
   Vector6 vector(const std::vector<double>& values) const;
 
   gateway::EventLoop& loop_;
-  gateway::CellLink& link_;
+  gateway::RobotCell& link_;
   const UrMapping& mapping_;
   const ArmModel arm_;  ///< with the protocol's joints
   const rtde::DhParameters dh_;

@@ -4,6 +4,7 @@
 #include <numeric>
 #include <utility>
 
+#include "server/contact/holding/ground_support.h"
 #include "server/geometry/convex/distance.h"
 
 namespace takt {
@@ -11,6 +12,8 @@ namespace takt {
 namespace {
 // Bodies whose approach in a step is below this are at relative rest.
 constexpr double kRested_m = 1e-7;
+/// A Part at less than this speed does not fall.
+constexpr double kAtRest_m_per_s = 1e-6;
 /// More than can lie around a Part.
 constexpr std::size_t kNeighbours = 64;
 
@@ -363,8 +366,12 @@ int ComponentInteraction::find_pair(int a, int b) const {
 }
 
 void ComponentInteraction::set_contact(std::size_t pair, int base, int target, bool contact) {
-  if ((in_contact_[pair] != 0) == contact) return;
-  in_contact_[pair] = contact ? 1 : 0;
+  if ((in_contact_[pair] != kApart) == contact) {
+    // A Part that falls along a Ground is held by what is below it.
+    const bool supported = in_contact_[pair] == kHangs && contact;
+    if (!supported || !supports(collision_world_, parameters_, target, base)) return;
+  }
+  in_contact_[pair] = contact ? kHolds : kApart;
   const auto note = [&](ContactGraph& graph) {
     if (contact)
       graph.add_contact(base, target);
@@ -392,7 +399,16 @@ void ComponentInteraction::connect(Clock clock, const CellMotion& motion) {
     }
   }
   std::sort(changed_parts_.begin(), changed_parts_.end());
-  for (const int part : changed_parts_) reached_[static_cast<std::size_t>(part)] = 0;
+  const GroundContacts grounds{components_, parameters_, collision_world_, pairs_,
+                               by_contact_, in_contact_, graph_,           shown_graph_};
+  for (const int part : changed_parts_) {
+    reached_[static_cast<std::size_t>(part)] = 0;
+    // Not of a Part that a Ground or another Part holds, nor of one that is placed at rest.
+    const int holder = connections_.partner(part);
+    if (holder >= 0 ? is_gripper(holder)
+                    : motion.bodies[static_cast<std::size_t>(part)].V_WB.v.norm() > kAtRest_m_per_s)
+      grounds.drop_unsupported(part);
+  }
   connections_.update(graph_, changed_parts_, motion);
   push_out(motion);
   if (any_by_contact_) show_partners();

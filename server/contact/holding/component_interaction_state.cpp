@@ -7,16 +7,13 @@
 
 #include "plant_models/state_bytes.h"
 #include "server/contact/holding/component_interaction.h"
+#include "server/contact/holding/ground_support.h"
 
 namespace takt {
 namespace {
 
-// Values of in_contact_: the pair touches; it touches and does not hold until it has been apart.
-constexpr char kHolds = 1, kHangs = 2;
 /// Of a saved contact.
 constexpr std::uint64_t kHangsFlag = std::uint64_t{1} << 63U;
-/// Share of the weight that points away from the Ground from which on a Part hangs on it.
-constexpr double kLeastHanging = 0.5;
 
 }  // namespace
 
@@ -55,15 +52,10 @@ void ComponentInteraction::detach(int part) {
   const int component = attached_to(part);
   graph_.holds[static_cast<std::size_t>(part)] = shown_graph_.holds[static_cast<std::size_t>(part)] = -1;
   const int pair = find_pair(part, component);
-  bool touch = pair >= 0 && in_contact_[static_cast<std::size_t>(pair)] != 0;
-  // A search for partners knows no directions: without this a Ground keeps what it lets go of below itself.
-  if (touch && by_contact_[static_cast<std::size_t>(pair)] == 0 &&
-      parameters_.algorithm == InteractionAlgorithm::partner_search &&
-      components_[static_cast<std::size_t>(component)].type == ComponentType::ground) {
-    const Vec3& g_W = parameters_.gravity_W;
-    touch = !(nearest(component, part).normal_W.dot(g_W) > kLeastHanging * g_W.norm());
-    in_contact_[static_cast<std::size_t>(pair)] = touch ? kHolds : kHangs;
-  }
+  GroundContacts{components_, parameters_, collision_world_, pairs_,
+                 by_contact_, in_contact_, graph_,           shown_graph_}
+      .drop_unsupported(part);
+  const bool touch = pair >= 0 && in_contact_[static_cast<std::size_t>(pair)] == kHolds;
   if (!touch || by_contact_[static_cast<std::size_t>(pair)] != 0) graph_.remove_contact(part, component);
   if (any_by_contact_ && !touch) shown_graph_.remove_contact(part, component);
   mark_changed(part);

@@ -6,9 +6,10 @@
 
 namespace takt::fmu_host {
 
-/// For this process and all that it starts: no new privileges, no core dumps, at most 256 open files, no sockets but local ones,
-/// no writing outside of `writable` (where the system has Landlock).
-void confine(const std::string& writable);
+/// For this thread and all that it starts: no new privileges or capabilities, no core dumps, at most 256 open files of 1 GiB each,
+/// no sockets but local ones, no processes, no signals to others, no writing outside of `writable` (where the system has
+/// Landlock). Empty, or a sentence (without its subject) on what the kernel refuses.
+std::string confine(const std::string& writable);
 /// Address space (RLIMIT_AS).
 void limit_memory(std::uint64_t bytes);
 

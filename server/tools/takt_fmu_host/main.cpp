@@ -161,7 +161,8 @@ class Host {
   void load(const fmu_wire::Start& start) {
     std::filesystem::current_path(std::filesystem::path(start.resources).parent_path());
     usual_directory_ = std::filesystem::current_path();
-    confine(usual_directory_.string());
+    if (const std::string open = confine(usual_directory_.string()); !open.empty())
+      notice_ = "the FMU " + open;
     limit_memory(start.memory_bytes);
     // dlopen runs code of the FMU.
     guarded([&] { instance_ = start.version == 2 ? load_fmi2(start) : load_fmi3(start); });

@@ -11,13 +11,16 @@
 #include <unistd.h>
 #include <xmmintrin.h>
 
+#include "harm.h"
+
 #if FMI_VERSION == 2
 #include "fmi2Functions.h"
 #else
 #include "fmi3Functions.h"
 #endif
 
-enum { none, crash, hang, allocate, control, discard, error, fatal, not_a_number, leave, write_file, network, chdir_away };
+enum { none, crash, hang, allocate, control, discard, error, fatal, not_a_number, leave, write_file, network, chdir_away,
+       others, abort_itself, stop_itself, block, close_all, big_file, garbage, print, thread };
 enum { R, L, K, J, D, TROUBLE_AT, U, LOAD, CURRENT, SPEED, ANGLE, REALS };
 
 typedef struct {
@@ -91,8 +94,24 @@ static int misbehave(Instance* s, double t) {
       break;
     }
     case chdir_away: s->result = chdir("/") == 0; break;
+    case others: s->result |= harm_others(); break;
+    case abort_itself: abort();
+    case stop_itself: raise(SIGSTOP); break;
+    case block:
+      block_signals();
+      for (volatile int on = 1; on;) {
+      }
+      break;
+    case close_all:
+      for (int i = 3; i < 256; ++i) close(i);
+      break;
+    case big_file: write_big_file(); break;
+    case garbage: (void)!write(3, "what?", 5); break;
+    case print: print_a_lot(); break;
+    case thread: start_thread(); break;
     default: return s->m.trouble;
   }
+  if (s->m.trouble == print || s->m.trouble == thread) s->m.trouble = none; /* once */
   return 0;
 }
 
