@@ -6,6 +6,7 @@
 #include <system_error>
 
 #include "idl/common/bounded_file.h"
+#include "idl/common/uri.h"
 
 namespace takt {
 
@@ -69,6 +70,9 @@ std::optional<fs::path> find_below(const fs::path& folder, const std::string& pa
   return std::nullopt;
 }
 
+std::optional<fs::path> find_as_it_is(const std::string& name, const fs::path& description,
+                                      const PackageFolders& folders);
+
 }  // namespace
 
 std::string package_of(const std::string& name) {
@@ -78,6 +82,15 @@ std::string package_of(const std::string& name) {
 
 std::optional<fs::path> find_mesh_file(const std::string& name, const fs::path& description,
                                        const PackageFolders& folders) {
+  if (auto file = find_as_it_is(name, description, folders)) return file;
+  const std::string plain = without_escapes(name);
+  return plain == name ? std::nullopt : find_as_it_is(plain, description, folders);
+}
+
+namespace {
+
+std::optional<fs::path> find_as_it_is(const std::string& name, const fs::path& description,
+                                      const PackageFolders& folders) {
   const std::string_view path = in_packages(name);
   const fs::path beside = description.parent_path();
   if (path.empty()) {
@@ -87,7 +100,7 @@ std::optional<fs::path> find_mesh_file(const std::string& name, const fs::path& 
     // xacro writes the places of the machine that it ran on: PREFIX/share/PACKAGE/PATH.
     const std::size_t share = name.rfind(installed);
     if (share == name.npos) return std::nullopt;
-    return find_mesh_file("package://" + name.substr(share + installed.size()), description, folders);
+    return find_as_it_is("package://" + name.substr(share + installed.size()), description, folders);
   }
   const std::string package = package_of(name);
   if (package.empty()) return std::nullopt;
@@ -113,5 +126,7 @@ std::optional<fs::path> find_mesh_file(const std::string& name, const fs::path& 
   }
   return std::nullopt;
 }
+
+}  // namespace
 
 }  // namespace takt

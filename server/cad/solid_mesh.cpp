@@ -31,6 +31,14 @@ using product::Face;
 using product::SurfaceKind;
 
 constexpr double kMm = 1e-3;
+constexpr double kIntegral =
+    1e-7;  ///< relative error of integrals over splines, which rules of fixed order miss by percents
+
+double area_mm2(const TopoDS_Shape& face) {
+  GProp_GProps area;
+  BRepGProp::SurfaceProperties(face, area, kIntegral);
+  return area.Mass();
+}
 
 Vec3 point(const gp_Pnt& p) {
   return vector(p.XYZ()) * kMm;
@@ -74,9 +82,7 @@ Face describe_surface(const TopoDS_Face& face) {
     default:
       break;
   }
-  GProp_GProps area;
-  BRepGProp::SurfaceProperties(face, area);
-  result.area_m2 = area.Mass() * kMm * kMm;
+  result.area_m2 = area_mm2(face) * kMm * kMm;
   return result;
 }
 
@@ -198,7 +204,7 @@ bool make_body(const TopoDS_Shape& given, double deflection_m, double angle_rad,
   }
   for (Vec3& vertex : body.mesh.vertices) vertex *= kMm;
   GProp_GProps volume;
-  BRepGProp::VolumeProperties(solid, volume);
+  BRepGProp::VolumeProperties(solid, volume, kIntegral);
   const double sign = volume.Mass() < 0.0 ? -1.0 : 1.0;
   for (TopExp_Explorer at(solid, TopAbs_FACE); at.More(); at.Next())
     body.faces.push_back(describe_surface(TopoDS::Face(at.Current())));
@@ -259,10 +265,8 @@ TriangleMesh finer_mesh(const TopoDS_Shape& solid, double deflection_m, double a
   constexpr double kSameArea = 1e-6;
   for (TopExp_Explorer at(solid, TopAbs_FACE); at.More(); at.Next(), ++count) {
     if (count == body.faces.size()) return {};
-    GProp_GProps area;
-    BRepGProp::SurfaceProperties(at.Current(), area);
     const double known = body.faces[count].area_m2;
-    if (!(std::abs(area.Mass() * kMm * kMm - known) <= kSameArea * std::abs(known))) return {};
+    if (!(std::abs(area_mm2(at.Current()) * kMm * kMm - known) <= kSameArea * std::abs(known))) return {};
   }
   if (count != body.faces.size()) return {};
   std::vector<double> face_deflections_mm;

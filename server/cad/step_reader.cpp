@@ -12,8 +12,6 @@
 #include <STEPCAFControl_Reader.hxx>
 #include <Standard_ErrorHandler.hxx>
 #include <Standard_Failure.hxx>
-#include <StepGeom_CartesianTransformationOperator3d.hxx>
-#include <StepGeom_Direction.hxx>
 #include <TCollection_AsciiString.hxx>
 #include <TDF_AttributeIterator.hxx>
 #include <TDF_LabelSequence.hxx>
@@ -46,6 +44,8 @@
 #include "server/cad/body_bytes.h"
 #include "server/cad/child_process.h"
 #include "server/cad/solid_mesh.h"
+#include "server/cad/step_operators.h"
+#include "server/cad/step_structure.h"
 #include "server/cad/time_limit.h"
 #include "server/product/names.h"
 
@@ -59,6 +59,8 @@ using product::is_generic;
 using product::Product;
 
 constexpr double kMm = 1e-3;
+constexpr std::size_t kDeepest = 100;      ///< levels of assemblies
+constexpr std::size_t kMostUses = 20'000;  ///< of parts and assemblies: each level may double them
 
 [[noreturn]] void fail(const std::filesystem::path& file, const std::string& reason) {
   throw CadError(file.string() + ": " + reason);
@@ -90,23 +92,6 @@ struct Damage {
   bool is_cut = false;  ///< the last entity has no end
   Entities unused;      ///< points, curves, faces and solids which no other entity refers to
 };
-
-Vec3 vector_of(const Handle(StepGeom_Direction) & direction) {
-  Vec3 v = Vec3::Zero();
-  for (int i = 0; i < 3; ++i) v[i] = direction->DirectionRatiosValue(i + 1);
-  return v;
-}
-
-/// Does the operator mirror? Its axes are those of base_axis in ISO 10303-42: u3, then u1, then u2, each at right angles to those
-/// before it.
-bool mirrors(const Handle(StepGeom_CartesianTransformationOperator3d) & op) {
-  const Vec3 z = op->HasAxis3() ? vector_of(op->Axis3()).normalized() : Vec3::UnitZ();
-  const Vec3 along = op->HasAxis1() ? vector_of(op->Axis1()) : Vec3::UnitX();
-  Vec3 x = along - along.dot(z) * z;
-  if (x.norm() < 1e-9) x = Vec3::UnitY() - z.y() * z;
-  const Vec3 y = op->HasAxis2() ? vector_of(op->Axis2()) : Vec3::UnitY();
-  return x.cross(y).dot(z) < 0.0;
-}
 
 /// Of the text of a STEP file (ISO 10303-21).
 Damage find_damage(std::string_view text) {
@@ -259,27 +244,27 @@ class StepFile::Reader {
     if (status != IFSelect_RetDone)
       fail(file_,
            "it cannot be read as STEP: its entities are damaged, or not those of AP203, AP214 or AP242");
+    const StepStructure structure = structure_of(*reader.ChangeReader().WS()->Model());
+    if (!structure.cyclic.empty())
+      fail(
+          file_,
+          "assembly '" + structure.cyclic +
+              "' uses itself, directly or by others; allowed: assemblies of other parts (NEXT_ASSEMBLY_USAGE_"
+              "OCCURRENCE). In the CAD program, export the product again");
+    if (structure.uses > static_cast<double>(kMostUses)) fail_of_size(structure.largest);
+    operators_.emplace(*reader.ChangeReader().WS()->Model());
+    if (!operators_->problem().empty()) fail(file_, operators_->problem());
     if (!reader.Transfer(document_))
       fail(file_, "its shapes cannot be transferred: entities are missing or damaged");
     note_missing_files(reader);
-    note_operators(*reader.ChangeReader().WS()->Model());
   }
 
-  /// OpenCASCADE takes turn and shift out of a transformation operator, and leaves mirror and scale out.
-  void note_operators(const Interface_InterfaceModel& model) {
-    std::size_t count = 0;
-    std::string first;
-    for (int i = 1; i <= model.NbEntities(); ++i) {
-      const auto op = Handle(StepGeom_CartesianTransformationOperator3d)::DownCast(model.Value(i));
-      if (op.IsNull() || (!mirrors(op) && (!op->HasScale() || std::abs(op->Scale() - 1.0) < 1e-9))) continue;
-      if (count++ == 0) first = model.StringLabel(op)->ToCString();
-    }
-    if (count > 0)
-      product_.notes.push_back(
-          counted(count, "placement mirrors or scales its part", "placements mirror or scale their parts") +
-          " by a CARTESIAN_TRANSFORMATION_OPERATOR_3D, first " + first +
-          ": these parts stand unmirrored and in their own size. In the CAD program, make each a part of its "
-          "own");
+  [[noreturn]] void fail_of_size(const std::string& assembly) const {
+    fail(file_, "assembly '" + assembly + "' uses parts and assemblies more than " +
+                    std::to_string(kMostUses) +
+                    " times, those within others counted each time; allowed: at most so many. In the CAD "
+                    "program, export "
+                    "a part of the product");
   }
 
   void note_missing_files(const STEPCAFControl_Reader& reader) {
@@ -293,13 +278,17 @@ class StepFile::Reader {
 
   void visit(const TDF_Label& label, const gp_Trsf& X_WP, const std::string& above,
              std::vector<TDF_Label> uses) {
-    if (uses.size() > 100) fail(file_, "its structure is nested deeper than 100 levels");
+    if (uses.size() > kDeepest)
+      fail(file_, "its structure is nested deeper than " + std::to_string(kDeepest) + " levels");
+    if (++visited_ > kMostUses) fail_of_size(above);
     TDF_Label part = label;
     gp_Trsf X = X_WP;
     uses.push_back(label);
     std::string name = name_of(label);
     if (XCAFDoc_ShapeTool::IsReference(label)) {
-      X = X_WP * XCAFDoc_ShapeTool::GetLocation(label).Transformation();
+      std::string problem;
+      X = X_WP * operators_->placement(XCAFDoc_ShapeTool::GetLocation(label).Transformation(), problem);
+      if (!problem.empty()) fail(file_, "'" + above + "': " + problem);
       XCAFDoc_ShapeTool::GetReferredShape(label, part);
       if (is_generic(name)) name = name_of(part);
     }
@@ -458,6 +447,8 @@ class StepFile::Reader {
   Handle(TDocStd_Document) document_;
   Handle(XCAFDoc_ShapeTool) shapes_;
   Handle(XCAFDoc_ColorTool) colours_;
+  std::optional<StepOperators> operators_;
+  std::size_t visited_ = 0;
   std::map<std::string, std::vector<std::size_t>> made_;  ///< bodies by label of the part
 };
 

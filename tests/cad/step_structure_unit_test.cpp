@@ -5,6 +5,7 @@
 #include <iterator>
 #include <regex>
 #include <set>
+#include <tuple>
 
 #include "server/cad/step_reader.h"
 #include "tests/cad/step_files.h"
@@ -100,29 +101,114 @@ TEST(StepStructure, NamesThatRepeatBecomeNamesOfTheirOwn) {
                                    std::pair(2.0, 5.0), std::pair(1.0, 0.0)));
 }
 
-TEST(StepStructure, OperatorsThatMirrorOrScaleAreReported) {
-  const test::TemporaryDirectory directory;
+/// A block of 10 x 20 x 30 mm whose placement is an operator: axes x, (0, `y`, 0) and z, origin (40, 0, 0).
+std::string placed_by_operator(const test::TemporaryDirectory& directory, const std::string& y,
+                               const std::string& scale) {
   StepProduct made("Pair");
   made.use(made.root(), made.part("Block", box(10, 20, 30)), "Block", moved_by(40, 0, 0));
   made.write(directory / "product.step");
   std::ifstream in(directory / "product.step");
   const std::string text((std::istreambuf_iterator<char>(in)), {});
   const std::regex placement(R"((#\d+) = ITEM_DEFINED_TRANSFORMATION\('','',#\d+,#\d+\);)");
-  const auto notes_with = [&](const std::string& y, const std::string& scale) {
-    const std::string operation =
-        "$1 = CARTESIAN_TRANSFORMATION_OPERATOR_3D('','','',#90001,#90002,#90004," + scale +
-        ",#90003);\n#90001 = DIRECTION('',(1.,0.,0.));\n#90002 = DIRECTION('',(0.," + y +
-        ",0.));\n#90003 = DIRECTION('',(0.,0.,1.));\n#90004 = CARTESIAN_POINT('',(40.,0.,0.));";
-    std::ofstream(directory / "operator.step")
-        << std::regex_replace(text, placement, operation, std::regex_constants::format_first_only);
-    const Product product = read_step(directory / "operator.step");
-    EXPECT_THAT(places(product), UnorderedElementsAre(std::pair(6.0, 0.0)));
-    EXPECT_NEAR(product.instances.at(0).X_WB.p.x(), 0.04, 1e-9);
-    return product.notes;
+  const std::string operation =
+      "$1 = CARTESIAN_TRANSFORMATION_OPERATOR_3D('','','',#90001,#90002,#90004," + scale +
+      ",#90003);\n#90001 = DIRECTION('',(1.,0.,0.));\n#90002 = DIRECTION('',(0.," + y +
+      ",0.));\n#90003 = DIRECTION('',(0.,0.,1.));\n#90004 = CARTESIAN_POINT('',(40.,0.,0.));";
+  return std::regex_replace(text, placement, operation, std::regex_constants::format_first_only);
+}
+
+TEST(StepStructure, OperatorsThatMirrorOrScaleAreFollowed) {
+  const test::TemporaryDirectory directory;
+  const auto metres = [](const std::string& text) {
+    return std::regex_replace(text, std::regex(R"(SI_UNIT\(\.MILLI\.,\.METRE\.\))"), "SI_UNIT($,.METRE.)");
   };
-  EXPECT_THAT(notes_with("1.", "1."), IsEmpty());
-  for (const auto& notes : {notes_with("-1.", "1."), notes_with("1.", "2."), notes_with("-1.", "0.5")})
-    EXPECT_THAT(notes, testing::ElementsAre(testing::HasSubstr("1 placement mirrors or scales its part")));
+  for (const auto& [y, scale, unit] :
+       {std::tuple("1.", 1.0, 1e-3), std::tuple("-1.", 1.0, 1e-3), std::tuple("1.", 2.0, 1e-3),
+        std::tuple("-1.", 0.5, 1e-3), std::tuple("-1.", 0.5, 1.0)}) {
+    const std::string text = placed_by_operator(directory, y, std::to_string(scale));
+    std::ofstream(directory / "operator.step") << (unit == 1.0 ? metres(text) : text);
+    const Product product = read_step(directory / "operator.step");
+    EXPECT_THAT(product.notes, testing::Not(testing::Contains(testing::HasSubstr("mirror"))));
+    ASSERT_EQ(product.instances.size(), 1U);
+    const Instance& one = product.instances[0];
+    const product::Body& body = product.bodies[one.body];
+    const double side = y[0] == '-' ? -1.0 : 1.0;
+    const Vec3 centre(40.0 + scale * 5.0, side * scale * 10.0, scale * 15.0);
+    EXPECT_LT((one.X_WB * body.exact.p_BBcm - unit * centre).norm(), 1e-9 * unit * 1e3) << y << scale;
+    EXPECT_NEAR(body.exact.volume / std::pow(unit * scale, 3), 6000.0, 1e-3) << y << scale;
+    EXPECT_GT(volume_properties(body.mesh).volume, 0.0);
+    Vec3 least = Vec3::Constant(1e9), most = -least;
+    for (const Vec3& v : body.mesh.vertices)
+      least = least.cwiseMin(one.X_WB * v), most = most.cwiseMax(one.X_WB * v);
+    EXPECT_LT((most - least - unit * scale * Vec3(10, 20, 30)).norm(), 1e-9 * unit * 1e3);
+  }
+}
+
+std::string error_of(const std::filesystem::path& file) {
+  try {
+    read_step(file);
+  } catch (const CadError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(StepStructure, AMirrorWithinAPartIsRefused) {
+  const test::TemporaryDirectory directory;
+  std::string text = placed_by_operator(directory, "-1.", "1.");
+  std::smatch brep, op;
+  ASSERT_TRUE(std::regex_search(text, brep,
+                                std::regex(R"((#\d+) = ADVANCED_BREP_SHAPE_REPRESENTATION\('',\((#\d+))")));
+  ASSERT_TRUE(std::regex_search(text, op, std::regex(R"((#\d+) = CARTESIAN_TRANSFORMATION_OPERATOR_3D)")));
+  const std::string label = op[1];
+  const std::string map = "\n#90010 = REPRESENTATION_MAP(" + brep[2].str() + "," + brep[1].str() +
+                          ");\n#90011 = MAPPED_ITEM(''," + "#90010," + label + ");\n";
+  text = std::regex_replace(text, std::regex(R"(( = SHAPE_REPRESENTATION\('',\())"), "$1#90011,",
+                            std::regex_constants::format_first_only);
+  text.insert(text.rfind("ENDSEC;"), map);
+  std::ofstream(directory / "mapped.step") << text;
+  EXPECT_THAT(
+      error_of(directory / "mapped.step"),
+      testing::AllOf(testing::HasSubstr("mapped.step: #90011 is a MAPPED_ITEM whose operator " + label),
+                     testing::HasSubstr("allowed: operators that turn and shift")));
+}
+
+TEST(StepStructure, AssembliesThatDoubleAtEachLevelEndAtTheLimit) {
+  const test::TemporaryDirectory directory;
+  for (const int levels : {3, 15}) {
+    StepProduct made("Tower");
+    TDF_Label inner = made.part("Block", box(1, 1, 1));
+    double length = 1.0;
+    for (int i = 0; i < levels; ++i, length *= 2.0) {
+      const TDF_Label outer = i + 1 == levels ? made.root() : made.assembly("Level " + std::to_string(i));
+      made.use(outer, inner, "a");
+      made.use(outer, inner, "b", moved_by(length, 0, 0));
+      inner = outer;
+    }
+    made.write(directory / "tower.step");
+    if (levels == 3)
+      EXPECT_EQ(read_step(directory / "tower.step").instances.size(), 8U);
+    else
+      EXPECT_THAT(error_of(directory / "tower.step"),
+                  testing::HasSubstr("assembly 'Tower' uses parts and assemblies more than 20000 times"));
+  }
+}
+
+TEST(StepStructure, AnAssemblyThatUsesItselfIsNamed) {
+  const test::TemporaryDirectory directory;
+  nested().write(directory / "product.step");
+  std::ifstream in(directory / "product.step");
+  std::string text((std::istreambuf_iterator<char>(in)), {});
+  std::smatch use;
+  ASSERT_TRUE(std::regex_search(
+      text, use,
+      std::regex(R"(NEXT_ASSEMBLY_USAGE_OCCURRENCE\('[^']*','Group','[^']*',(#\d+),(#\d+),\$\))")));
+  const std::string back =
+      "#90001 = NEXT_ASSEMBLY_USAGE_OCCURRENCE('9','',''," + use[2].str() + "," + use[1].str() + ",$);\n";
+  text.insert(text.rfind("ENDSEC;"), back);
+  std::ofstream(directory / "cycle.step") << text;
+  EXPECT_THAT(error_of(directory / "cycle.step"), testing::AllOf(testing::HasSubstr("cycle.step: assembly '"),
+                                                                 testing::HasSubstr("uses itself")));
 }
 
 }  // namespace

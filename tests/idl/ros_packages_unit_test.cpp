@@ -90,6 +90,13 @@ TEST_F(RosPackages, OtherNamesAreFiles) {
   const std::string elsewhere = "file:///opt/ws/install/arm/share/arm/meshes/hand.stl";
   EXPECT_EQ(found(elsewhere, {directory_ / "packages"}), "packages/arm/meshes/hand.stl");
   EXPECT_EQ(found(elsewhere, {}), "nothing");
+  // Blanks are escaped in addresses; a file that is called so as it stands comes first.
+  make("packages/my arm/a b.stl");
+  for (const char* name : {"package://my%20arm/a%20b.stl", "package://my arm/a b.stl"})
+    EXPECT_EQ(found(name, {directory_ / "packages"}), "packages/my arm/a b.stl") << name;
+  EXPECT_EQ(found("../packages/my%20arm/a%20b.stl", {}, "robots/robot.urdf"), "packages/my arm/a b.stl");
+  make("robots/a%20b.stl");
+  EXPECT_EQ(found("a%20b.stl", {}, "robots/robot.urdf"), "robots/a%20b.stl");
   EXPECT_EQ(package_of("package://arm/m.stl"), "arm");
   EXPECT_EQ(package_of("meshes/package.stl"), "");
 }

@@ -1,0 +1,31 @@
+#pragma once
+// Placements of a STEP file that mirror or scale (CARTESIAN_TRANSFORMATION_OPERATOR_3D, ISO 10303-42).
+#include <Interface_InterfaceModel.hxx>
+#include <gp_Trsf.hxx>
+
+#include <string>
+#include <vector>
+
+namespace takt::cad {
+
+/// OpenCASCADE's transfer takes turn and shift out of such an operator alone. So each one is made a shift, far out of any
+/// product, before the transfer, and its own placement takes the place of that shift afterwards.
+class StepOperators {
+ public:
+  /// Changes the operators of the model that place parts of assemblies.
+  explicit StepOperators(const Interface_InterfaceModel& model);
+
+  /// Why an operator that mirrors or scales cannot be followed: it places shapes within a part (MAPPED_ITEM). Empty: there is
+  /// none.
+  const std::string& problem() const { return problem_; }
+
+  /// The placement of a use of a part (mm) in place of that of the transfer. `problem` says why it cannot be found; it stays
+  /// as it is otherwise.
+  gp_Trsf placement(const gp_Trsf& transferred, std::string& problem) const;
+
+ private:
+  std::vector<gp_Trsf> own_;  ///< by number of the shift; lengths in the unit of the file
+  std::string problem_;
+};
+
+}  // namespace takt::cad
