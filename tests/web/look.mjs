@@ -109,6 +109,7 @@ for (const [file, folder] of cells) {
         });
       });
       await seen.until(() => document.documentElement.scrollWidth <= innerWidth);  // nothing beside the screen
+      await seen.until(() => { const events = document.querySelector('#events'); return events.scrollWidth <= events.clientWidth; });  // nor a long key beside its panel
       // Nor is any of the top bar, which a narrow screen has on several lines.
       const beside = await seen.ask(() => [...document.querySelectorAll('#topbar button, #topbar input, #topbar select')].filter((one) => one.getBoundingClientRect().right > innerWidth).map(({id, ariaLabel}) => id || ariaLabel));
       assert.deepEqual(beside, [], `the top bar at ${width}`);
