@@ -164,6 +164,8 @@ void AssertionChecker::judge_pose(std::size_t i) {
                  assertion.X_WB);
   const bool angle_counts = std::isfinite(assertion.tolerance_rad);
   constexpr double kDegree = std::numbers::pi / 180.0;
+  // Without the digits of rounding errors: below 1 nm, 1e-6 deg.
+  const auto text = [](double value) { return number_text(1e-6 * std::round(1e6 * value), 6); };
   results_[i].verdict =
       error.position_m <= assertion.tolerance_m && error.angle_rad <= assertion.tolerance_rad
           ? Verdict::passed
@@ -171,10 +173,9 @@ void AssertionChecker::judge_pose(std::size_t i) {
   results_[i].value = error.position_m;
   results_[i].upper = assertion.tolerance_m;
   results_[i].sentence =
-      assertion.subject + " is " + number_text(1e3 * error.position_m, 6) + " mm and " +
-      number_text(error.angle_rad / kDegree, 6) +
-      " deg away; allowed: " + number_text(1e3 * assertion.tolerance_m, 6) + " mm" +
-      (angle_counts ? " and " + number_text(assertion.tolerance_rad / kDegree, 6) + " deg" : "");
+      assertion.subject + " is " + text(1e3 * error.position_m) + " mm and " +
+      text(error.angle_rad / kDegree) + " deg away; allowed: " + number_text(1e3 * assertion.tolerance_m, 6) +
+      " mm" + (angle_counts ? " and " + number_text(assertion.tolerance_rad / kDegree, 6) + " deg" : "");
 }
 
 void AssertionChecker::judge_holder(std::size_t i) {

@@ -32,6 +32,11 @@ struct RunFault {
   std::string sentence;
 };
 
+/// A run that did not begin: its scenario cannot be loaded.
+struct LoadFault {
+  std::string sentence;
+};
+
 /// Walks down; a name of an object may contain dots. Notes the names of the deepest place that it reaches.
 const Json* walk(const Json& at, const std::string& path, std::vector<std::string>& choices) {
   if (path.empty()) return &at;
@@ -61,7 +66,7 @@ class SceneRunner {
   SceneRunner(const VerificationScene& scene, const VerificationOptions& options, VerifiedScene& result)
       : scene_(scene), options_(options), result_(result) {}
 
-  /// The quantity with these settings beside those of the scene. Throws RunFault.
+  /// The quantity with these settings beside those of the scene. Throws RunFault and LoadFault.
   double operator()(const std::vector<std::string>& settings) {
     options_.progress(scene_.name + (settings.empty() ? "" : ": ") + join(settings, ", "));
     ScenarioOptions scenario_options;
@@ -70,7 +75,7 @@ class SceneRunner {
       scenario_options.overrides.push_back(input.key + "=" + exact_text(input.value));
     for (const std::string& setting : settings) scenario_options.overrides.push_back(setting);
     scenario_options.level_of_detail = scene_.level_of_detail;
-    const Scenario scenario = read_scenario(scene_.scenario, scenario_options);
+    const auto [scenario, cell] = load(scenario_options);
     HeadlessOptions run;
     run.duration_s = scene_.duration_s.value_or(scenario.duration_s);
     run.program = scenario.controller_program;
@@ -79,7 +84,6 @@ class SceneRunner {
       throw ScenarioError(scene_.quantity_place +
                           ": the scenario has no duration; allowed: duration_s here or in " +
                           scenario.file.string());
-    const auto cell = build_cell(scenario, options_.import);
     Simulation simulation(cell);
     const HeadlessResult done = run_headless(simulation, scenario, run);
     note_files(scenario, *cell);
@@ -91,6 +95,16 @@ class SceneRunner {
   }
 
  private:
+  std::pair<Scenario, std::shared_ptr<const CellModel>> load(const ScenarioOptions& scenario_options) const {
+    try {
+      Scenario scenario = read_scenario(scene_.scenario, scenario_options);
+      auto cell = build_cell(scenario, options_.import);
+      return {std::move(scenario), std::move(cell)};
+    } catch (const std::runtime_error& error) {
+      throw LoadFault{error.what()};
+    }
+  }
+
   /// The hash is that of the first run, which is the finest; files are those of all runs.
   void note_files(const Scenario& scenario, const CellModel& cell) {
     if (result_.model_hash.empty()) result_.model_hash = hexadecimal_text(model_hash(cell));
@@ -261,6 +275,11 @@ VerifiedScene verify_scene(const VerificationScene& scene, const VerificationOpt
     s.fault = fault.sentence;
     s.comparison_sentence = "a run ended early: " + fault.sentence;
     return s;
+  } catch (const LoadFault& fault) {
+    s.run = false;
+    s.fault = fault.sentence;
+    s.comparison_sentence = "the scenario cannot be loaded: " + fault.sentence;
+    return s;
   }
   s.error = s.result - *scene.reference.value;
   for (const VerifiedResolution& r : s.resolutions) s.u_num = std::hypot(s.u_num, r.u_num);
@@ -309,8 +328,12 @@ Verification verify(const VerificationPlan& plan, const VerificationOptions& opt
       throw ScenarioError("--scene: found '" + name + "'; allowed: a scene of " + plan.file.string() + ": " +
                           list_names(plan.scenes));
   Verification result{plan, options.version, {}};
-  for (const VerificationScene& scene : plan.scenes)
-    if (wanted(scene.name)) result.scenes.push_back(verify_scene(scene, options));
+  for (const VerificationScene& scene : plan.scenes) {
+    if (!wanted(scene.name)) continue;
+    VerifiedScene& verified = result.scenes.emplace_back(verify_scene(scene, options));
+    if (!verified.run && !plan.preparation.empty())
+      verified.comparison_sentence += "; to be run before the plan: " + plan.preparation;
+  }
   return result;
 }
 

@@ -57,7 +57,8 @@ struct VerifiedScene {
   VerificationVerdict comparison = VerificationVerdict::bad;
   std::string comparison_sentence;
   std::vector<std::string> notes;  ///< of the imports
-  std::string fault;               ///< of the first run that ended early, or empty
+  std::string fault;               ///< of the first run that ended early or could not be loaded, or empty
+  bool run = true;                 ///< false: a scenario could not be loaded, which `fault` states
   std::string model_hash;
   std::vector<VerifiedFile> files;
   bool good() const;
@@ -82,8 +83,8 @@ struct VerificationOptions {
 /// or their member `name`. Throws ScenarioError, which begins with `place`, where there is no number.
 double number_at(const nlohmann::ordered_json& report, const std::string& path, const std::string& place);
 
-/// Runs the scenes. Throws ScenarioError for unknown names, scenarios, settings and quantities that are wrong; a run that ends early is the
-/// fault of its scene.
+/// Runs the scenes. Throws ScenarioError for unknown names and for quantities that are wrong; a scenario that cannot be
+/// loaded and a run that ends early are the fault of their scene.
 Verification verify(const VerificationPlan& plan, const VerificationOptions& options);
 
 }  // namespace takt

@@ -121,6 +121,7 @@ VerificationPlan read_verification_plan(const std::filesystem::path& file) {
   f.field("takt_verification", format, WholeRange{kPlanFormat, kPlanFormat}, "Format.", kRequired);
   f.field("name", plan.name, Text{}, "Title of the report.", kRequired);
   f.field("description", plan.description, Text{}, "Purpose of the report.");
+  f.field("preparation", plan.preparation, Text{}, "Command that makes files which the scenes need.");
   f.entries("scenes", plan.scenes, "Scenes of the report.", "A scene.");
   f.check(!plan.scenes.empty(), "scenes", "no scene", "one scene or more");
   f.finish();

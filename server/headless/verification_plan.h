@@ -61,6 +61,7 @@ void describe(Fields& f, VerificationScene& s);
 struct VerificationPlan {
   std::filesystem::path file;
   std::string name, description;
+  std::string preparation;  ///< command that makes files which the plan needs and does not bring, or empty
   std::vector<VerificationScene> scenes;
 };
 

@@ -68,7 +68,9 @@ const char* kind_of(const VerificationReference& r) {
 Json scene_json(const VerifiedScene& s) {
   const VerificationReference& r = s.plan.reference;
   Json scene{{"name", s.plan.name},
-             {"verdict", s.good() ? "good" : "bad"},
+             {"verdict", !s.run     ? "not run"
+                         : s.good() ? "good"
+                                    : "bad"},
              {"description", s.plan.description},
              {"quantity", s.plan.quantity},
              {"unit", s.plan.unit},
@@ -78,7 +80,7 @@ Json scene_json(const VerifiedScene& s) {
                {"finding", s.comparison_sentence},
                {"result", s.fault.empty() ? Json(s.result) : Json(nullptr)},
                {"reference", or_null(r.value)},
-               {"error", s.error},
+               {"error", s.fault.empty() ? Json(s.error) : Json(nullptr)},
                {"u_num", s.u_num},
                {"u_input", s.u_input},
                {"u_reference", s.u_reference},
@@ -109,7 +111,7 @@ Json scene_json(const VerifiedScene& s) {
 std::string marked(const Json& verdict) {
   const std::string text = verdict.get<std::string>();
   if (text == "good") return "<span class=\"passed\">good</span>";
-  if (text == "bad") return "<span class=\"failed\">bad</span>";
+  if (text == "bad" || text == "not run") return "<span class=\"failed\">" + text + "</span>";
   return "<span class=\"skipped\">not demanded</span>";
 }
 
@@ -148,7 +150,7 @@ void write_scene_page(std::ostream& out, const Json& scene) {
   if (!reference["differences"].is_null())
     out << "<p>Differences from the source: " << xml_escaped(text_of(reference["differences"])) << "</p>\n";
   if (!scene["fault"].is_null()) {
-    out << "<p class=\"failed\">A run ended early: " << xml_escaped(text_of(scene["fault"])) << "</p>\n";
+    out << "<p class=\"failed\">Comparison: " << xml_escaped(text_of(comparison["finding"])) << "</p>\n";
     return;
   }
   out << "<p>Comparison: " << marked(comparison["verdict"]) << ", "
@@ -233,7 +235,10 @@ void write_verification_page(std::ostream& out, const nlohmann::ordered_json& re
 
 void print_verification(std::ostream& out, const Verification& verification) {
   for (const VerifiedScene& s : verification.scenes) {
-    out << (s.good() ? "good  " : "BAD   ") << s.plan.name << ": " << s.comparison_sentence << '\n';
+    out << (!s.run     ? "NOT RUN  "
+            : s.good() ? "good  "
+                       : "BAD   ")
+        << s.plan.name << ": " << s.comparison_sentence << '\n';
     if (!s.fault.empty()) continue;
     out << "      result " << text_within(s.result, s) << ", good "
         << (s.good_from ? "from " + text_within(*s.good_from, s) + " " : "") << "to "

@@ -15,8 +15,7 @@ class ArmBuilder {
   explicit ArmBuilder(UrdfRobot robot) { result_.robot = std::move(robot); }
 
   UrdfArm build(const std::string& base_link, const std::string& flange_link) {
-    const std::size_t base = result_.robot.find_link(base_link),
-                      flange = result_.robot.find_link(flange_link);
+    const std::size_t base = link_of("base_link", base_link), flange = link_of("flange_link", flange_link);
     add_chain(base, flange);
     let_others_stand();
     add_links(base, {base_link, -1, {}}, kNoJoint);
@@ -39,6 +38,14 @@ class ArmBuilder {
 
   const std::vector<UrdfLink>& links() const { return result_.robot.links; }
   const std::vector<UrdfJoint>& joints() const { return result_.robot.joints; }
+
+  /// The link that a key of the scenario's robot names.
+  std::size_t link_of(const std::string& key, const std::string& name) const {
+    if (std::none_of(links().begin(), links().end(), [&](const UrdfLink& link) { return link.name == name; }))
+      result_.robot.fail(0, "the robot's key " + key + ": found '" + name +
+                                "', which is no link of this file; allowed: " + list_names(links()));
+    return result_.robot.find_link(name);
+  }
 
   [[noreturn]] void fail(const UrdfJoint& joint, const std::string& reason) const {
     result_.robot.fail(joint.line, joint.describe() + reason);

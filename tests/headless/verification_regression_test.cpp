@@ -24,10 +24,13 @@ class VerificationReport : public testing::Test {
   Verification run(const std::string& scenes) {
     const std::filesystem::path file = directory_.path() / "plan.yaml";
     std::ofstream(file) << "takt_verification: 1\nname: test\nscenes:\n" << scenes;
+    return verify(read_verification_plan(file), options());
+  }
+  static VerificationOptions options() {
     VerificationOptions options;
     options.version = "takt of the test";
     options.digest = [](const std::filesystem::path& of) { return "digest of " + of.filename().string(); };
-    return verify(read_verification_plan(file), options);
+    return options;
   }
   std::string scene(double reference, const std::string& more = "") const {
     std::ostringstream text;
@@ -143,6 +146,32 @@ TEST_F(VerificationReport, ErrorsStatePlaceValueAndWhatIsAllowed) {
   text.replace(text.find("source: closed form"), 19, "source: ''");
   EXPECT_THAT(refusal(text), HasSubstr("scenes.pendulum.reference.source: found ''; allowed: a text"));
   EXPECT_THAT(refusal(scene(kAngle, "    sceenario: x\n")), HasSubstr("sceenario"));
+}
+
+TEST_F(VerificationReport, ASceneWithAMissingFileIsNotRunAndTheOthersAre) {
+  std::string missing = scene(kAngle);
+  missing.replace(missing.find("pendulum:"), 9, "first:   ");
+  missing += "    set: [\"robots.Pendulum.urdf=absent.urdf\"]\n";
+  const std::filesystem::path file = directory_.path() / "plan.yaml";
+  std::ofstream(file) << "takt_verification: 1\nname: test\npreparation: make absent\nscenes:\n"
+                      << missing << scene(kAngle);
+  const Verification done = verify(read_verification_plan(file), options());
+  ASSERT_EQ(done.scenes.size(), 2U);
+  EXPECT_FALSE(done.good());
+  EXPECT_FALSE(done.scenes[0].run);
+  EXPECT_FALSE(done.scenes[0].good());
+  EXPECT_TRUE(done.scenes[1].good());
+  const nlohmann::ordered_json report = verification_json(done);
+  EXPECT_EQ(report["scenes"][0]["verdict"], "not run");
+  EXPECT_EQ(report["scenes"][0]["comparison"]["error"], nullptr);
+  std::ostringstream page, words;
+  write_verification_page(page, report);
+  EXPECT_THAT(page.str(), HasSubstr("1 of 2 scenes are good"));
+  print_verification(words, done);
+  for (const std::string& text : {page.str(), words.str()})
+    EXPECT_THAT(text, testing::AllOf(HasSubstr("cannot be loaded: "), HasSubstr("absent.urdf"),
+                                     HasSubstr("make absent")));
+  EXPECT_THAT(words.str(), HasSubstr("NOT RUN  first: "));
 }
 
 TEST_F(VerificationReport, AFormulaKnowsTheInputs) {

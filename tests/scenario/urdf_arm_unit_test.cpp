@@ -147,8 +147,8 @@ TEST_F(UrdfArmOfAFile, RefusesBadFiles) {
 TEST_F(UrdfArmOfAFile, RefusesBadChains) {
   const std::string good = joint("j2", "revolute", "b", "c");
   EXPECT_THAT(error_of(two_joints(good), "base", "c"),
-              HasSubstr("there is no link 'base'; the file has the links a, b, c"));
-  EXPECT_THAT(error_of(two_joints(good), "a", "tool"), HasSubstr("there is no link 'tool'"));
+              HasSubstr("key base_link: found 'base', which is no link of this file; allowed: a, b, c"));
+  EXPECT_THAT(error_of(two_joints(good), "a", "tool"), HasSubstr("key flange_link: found 'tool'"));
   EXPECT_THAT(error_of(two_joints(good), "c", "a"), HasSubstr("link 'a' is not below link 'c'"));
   EXPECT_THAT(error_of(two_joints(good), "a", "a"), HasSubstr("has no moving joint"));
   EXPECT_THAT(error_of(two_joints(good + joint("j3", "fixed", "a", "c", ""))),

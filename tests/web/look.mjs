@@ -109,9 +109,11 @@ for (const [file, folder] of cells) {
         });
       });
       await seen.until(() => document.documentElement.scrollWidth <= innerWidth);  // nothing beside the screen
+      await seen.until(() => { const events = document.querySelector('#events'); return events.scrollWidth <= events.clientWidth; });  // nor a long key beside its panel
       // Nor is any of the top bar, which a narrow screen has on several lines.
       const beside = await seen.ask(() => [...document.querySelectorAll('#topbar button, #topbar input, #topbar select')].filter((one) => one.getBoundingClientRect().right > innerWidth).map(({id, ariaLabel}) => id || ariaLabel));
       assert.deepEqual(beside, [], `the top bar at ${width}`);
+      if (scenario === 'block_assembly') assert.ok(await seen.ask(() => document.querySelector('#topbar').offsetHeight) <= 120, `the top bar takes three lines at most at ${width}`);
       if (scenario === 'block_assembly') assert.deepEqual(await findings(seen.page), [], `axe-core at ${width}, ${colorScheme}`);
       if (process.env.TAKT_SCREENSHOT) await seen.page.screenshot({path: `${dirname(process.env.TAKT_SCREENSHOT)}/${scenario}_${width}_${colorScheme}.png`});
     }

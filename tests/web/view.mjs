@@ -45,7 +45,7 @@ await until(() => document.querySelector('#graph').textContent.includes('Gripper
 stage('pause');
 // A part is held: the scene graph has it where the state on DDS says it is.
 await page.click('#pause');
-await until(() => takt.last.status.state === 2);
+await until(() => takt.last.status.state === 2 && document.querySelector('#pause').ariaPressed === 'true' && document.querySelector('#play').ariaPressed === 'false');
 const state = takt('state');
 await until((step) => takt.last.state.step === BigInt(step), state.step);
 await until((step) => takt.cell.shown && takt.last.state.step === BigInt(step), state.step);
@@ -166,6 +166,17 @@ const seek = (part) => film.evaluate((p) => {
   slider.dispatchEvent(new Event('input'));
 }, part);
 await film.click('#pause');
+// The key plays and pauses it, whatever the cell did while it was recorded, and the buttons show which.
+const plays = (wanted) => film.waitForFunction((on) => takt.last.playback.playing === on && document.querySelector('#play').ariaPressed === String(on) && document.querySelector('#pause').ariaPressed === String(!on), wanted, {timeout: 300000});
+await film.evaluate(() => takt.link.call('set_pace', {pace: 'realtime', factor: 0.01}));
+await seek(0.5);
+await plays(false);
+await film.locator('#cell').focus();
+await film.keyboard.press(' ');
+await plays(true);
+await film.keyboard.press(' ');
+await plays(false);
+await film.evaluate(() => takt.link.call('set_pace', {pace: 'realtime', factor: 1}));
 await seek(0.75);
 await film.waitForFunction(() => Math.abs(takt.last.state.time - 9) < 0.02, null, {timeout: 300000});
 await seek(0.25);

@@ -216,6 +216,10 @@ await page.locator('#editor .cm-lintRange-error').first().waitFor();
 await shot('editor');
 await page.click('#editor-save');
 await until(() => document.querySelector('#editor-answer').className === 'fault');
+// A narrow screen gives the sentence a line of its own.
+await page.setViewportSize({width: 390, height: 844});
+await until(() => document.querySelector('#editor-answer').clientWidth > 300);
+await page.setViewportSize({width: 1400, height: 900});
 assert.ok(!readFileSync('config/scenarios/gear_on_shaft.yaml', 'utf8').includes('takt_scenarios'));
 await editor.press('Control+Home');
 await page.keyboard.press('Control+Delete');

@@ -7,7 +7,7 @@ import {Compartment, EditorState} from '@codemirror/state';
 import {hoverTooltip, keymap} from '@codemirror/view';
 import {indentWithTab} from '@codemirror/commands';
 import {basicSetup, EditorView} from 'codemirror';
-import {$, counted, make} from './dom.js';
+import {$, make} from './dom.js';
 import {ControlResult} from './messages.js';
 import schema from './scenario.schema.json';
 import {errorAt, formsAt, keysAt, placeOf, sentenceOf, valuesAt} from './scenario_schema.js';
@@ -32,11 +32,11 @@ const explain = hoverTooltip((view, pos) => {
   return sentence ? {pos: line.from + word, end: line.from + end, create: () => ({dom: make('div', sentence, {class: 'explained'})})} : null;
 });
 
-// ask(request, arguments, aside), refusal(), closed().
+// ask(request, arguments, aside, wait), refusal(), closed().
 export function openEditor({ask, refusal, closed}) {
   const host = $('editor-text'), writing = new Compartment();
   let saved = '', canSave = false, uri = '';
-  const request = (name, args) => ask(name, args, true).catch(({message}) => ({result: ControlResult.failed, message}));
+  const request = (name, args, wait) => ask(name, args, true, wait).catch(({message}) => ({result: ControlResult.failed, message}));
   const say = (sentence, bad = false) => { $('editor-answer').textContent = sentence; $('editor-answer').className = bad ? 'fault' : ''; };
   const changed = () => view.state.doc.toString() !== saved;
   const mark = () => {
@@ -64,7 +64,7 @@ export function openEditor({ask, refusal, closed}) {
   };
   const run = async () => {
     if (!(await save())) return;
-    const {result, message} = await counted(request('reload_scenario', {}), say);
+    const {result, message} = await request('reload_scenario', {}, say);
     say(message, result !== ControlResult.ok);
   };
   const view = new EditorView({parent: host, state: EditorState.create({extensions: [

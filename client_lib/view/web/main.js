@@ -136,6 +136,7 @@ const takes = {
   playback(at) {
     if (!playback) { playback = at; subscribe(); }
     playback = at;
+    drawn.status = true;
   },
 };
 
@@ -218,6 +219,8 @@ function draw() {
   requestAnimationFrame(draw);
   if (drawn.status || drawn.state) {
     rows();
+    $('play').ariaPressed = phase() === SimulationState.playing;
+    $('pause').ariaPressed = phase() === SimulationState.paused;
     if (last.state) $('clock').textContent = `${lower.state.time.toFixed(3)} s`;
     inspector.update(lower.state, last.status);
     handles();
@@ -230,12 +233,14 @@ function draw() {
 requestAnimationFrame(draw);
 
 // --- controls -------------------------------------------------------------------------------------------------------
-// `aside`: the sentence of the answer is not shown.
-function ask(request, args, aside = false) {
-  return counted(link.call(request, args), (sentence) => { if (!aside) tell(sentence); }).then((reply) => { if (!aside) tell(`${reply.message} ${lower.warning()}`.trim()); return reply; },
+// `aside`: the sentence of the answer is not shown. `wait` gets the seconds of an answer that takes long.
+function ask(request, args, aside = false, wait = aside ? () => {} : tell) {
+  return counted(link.call(request, args), wait).then((reply) => { if (!aside) tell(`${reply.message} ${lower.warning()}`.trim()); return reply; },
     (error) => { if (!aside) tell(error.message); throw error; });
 }
 const on = (id, request, args = () => ({})) => { $(id).onclick = () => ask(request, args()).catch(() => {}); };
+// Of a recording: whether it is played, whatever the cell did.
+const phase = () => (!playback ? last.status?.state : playback.playing ? SimulationState.playing : SimulationState.paused);
 on('play', 'set_state', () => ({state: 'playing'}));
 on('pause', 'set_state', () => ({state: 'paused'}));
 on('step', 'step', () => ({steps: Number($('steps').value)}));
@@ -402,7 +407,7 @@ $('cell').addEventListener('pointermove', (event) => {
 $('cell').addEventListener('pointerleave', () => { $('hint').hidden = true; });
 const camera = (name) => () => document.querySelector(`[data-camera=${name}]`).click();
 keyboard([
-  [' ', 'run or pause', () => $(last.status?.state === SimulationState.playing ? 'pause' : 'play').click()], ['.', 'step', press('step')], ['R', 'reset', press('reset')],
+  [' ', 'run or pause', () => $(phase() === SimulationState.playing ? 'pause' : 'play').click()], ['.', 'step', press('step')], ['R', 'reset', press('reset')],
   ['f', 'fit to the cell, or to what is selected', press('fit')], ['1', 'isometric', camera('iso')], ['2', 'front', camera('front')], ['3', 'right', camera('right')], ['4', 'top', camera('top')],
   ['o', 'orthographic or perspective', press('orthographic')], ['z', 'previous view', press('back')], ['m', 'measure between two points', press('measure')], ['g', 'move the selected Part', press('move')], ['h', 'turn the selected Part', press('turn')],
   [Object.keys(STEPS), 'move it by 1 mm or 1°, with Shift by ten', nudge, () => moving && mover.handles.object], ['n', 'scenario, snapshots, recording', press('menu')], ['y', 'scenario file in the editor', press('edit')], ['p', 'programs of the robots', press('read-program')], ['Escape', 'select nothing', () => select(null)],

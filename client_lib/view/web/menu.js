@@ -1,16 +1,16 @@
 // The menu of the cell: scenarios, snapshots and recordings of the server, by its own requests.
-import {$, counted, make} from './dom.js';
+import {$, make} from './dom.js';
 
 const age = (seconds) => (seconds < 90 ? `${Math.round(seconds)} s ago` : seconds < 5400 ? `${Math.round(seconds / 60)} min ago` : seconds < 172800 ? `${Math.round(seconds / 3600)} h ago` : `${Math.round(seconds / 86400)} days ago`);
 const size = (bytes) => (bytes < 1e6 ? `${Math.ceil(bytes / 1e3)} kB` : `${(bytes / 1e6).toFixed(1)} MB`);
 
 export class Menu {
-  // ask(request, arguments, aside): aside: its sentence is not shown. refusal(): why nothing may be changed, or ''.
+  // ask(request, arguments, aside, wait): aside: its sentence is not shown; wait gets the seconds of a long answer. refusal(): why nothing may be changed, or ''.
   // place(): where a Part comes, m. added(name).
   constructor({ask, refusal, scenario, place, added}) {
     Object.assign(this, {ask, refusal, scenario});
     $('menu').onclick = () => this.open();
-    const on = (id, request, args, after = () => this.list()) => { $(id).onclick = async () => { try { const answer = await counted(ask(request, args()), (message) => this.say({message})); this.made = answer.values?.entity; this.say(answer); await after(); } catch (error) { this.say(error); } }; };
+    const on = (id, request, args, after = () => this.list()) => { $(id).onclick = async () => { try { const answer = await ask(request, args(), false, (message) => this.say({message})); this.made = answer.values?.entity; this.say(answer); await after(); } catch (error) { this.say(error); } }; };
     const level = () => ($('load-level').value ? {level_of_detail: Number($('load-level').value)} : {});
     on('load', 'load_scenario', () => ({uri: $('scenario-file').value.trim(), ...level()}));
     on('reload', 'reload_scenario', () => ({}));

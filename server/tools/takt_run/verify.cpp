@@ -57,7 +57,8 @@ void declare_verify(CLI::App& app, int& result) {
   auto* command = app.add_subcommand("verify", "verify and validate scenes of a plan, and report");
   command->add_option("PLAN", a->plan, "plan of the report (YAML)")->required();
   command->add_option("-o,--output", a->directory, "directory for verification.json and verification.html");
-  add_repeatable(*command, "--scene", a->scenes, "NAME", "run this scene of the plan alone");
+  add_repeatable(*command, "--scene", a->scenes, "NAME",
+                 "run this scene of the plan; without the option all");
   command->add_flag("--json", a->json, "print the report as JSON in place of words");
   add_allowed_fmus(*command, a->allowed_fmus);
   add_packages(*command, a->packages);
