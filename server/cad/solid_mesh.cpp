@@ -34,10 +34,32 @@ constexpr double kMm = 1e-3;
 constexpr double kIntegral =
     1e-7;  ///< relative error of integrals over splines, which rules of fixed order miss by percents
 
-double area_mm2(const TopoDS_Shape& face) {
+/// Rules of fixed order are exact on these surfaces, and adaptive ones only as near as they are asked for.
+bool is_elementary(const TopoDS_Face& face) {
+  const GeomAbs_SurfaceType type = BRepAdaptor_Surface(face).GetType();
+  return type == GeomAbs_Plane || type == GeomAbs_Cylinder || type == GeomAbs_Cone ||
+         type == GeomAbs_Sphere || type == GeomAbs_Torus;
+}
+
+double area_mm2(const TopoDS_Face& face) {
   GProp_GProps area;
-  BRepGProp::SurfaceProperties(face, area, kIntegral);
+  if (is_elementary(face))
+    BRepGProp::SurfaceProperties(face, area);
+  else
+    BRepGProp::SurfaceProperties(face, area, kIntegral);
   return area.Mass();
+}
+
+GProp_GProps volume_of(const TopoDS_Shape& solid) {
+  bool elementary = true;
+  for (TopExp_Explorer at(solid, TopAbs_FACE); at.More() && elementary; at.Next())
+    elementary = is_elementary(TopoDS::Face(at.Current()));
+  GProp_GProps volume;
+  if (elementary)
+    BRepGProp::VolumeProperties(solid, volume);
+  else
+    BRepGProp::VolumeProperties(solid, volume, kIntegral);
+  return volume;
 }
 
 Vec3 point(const gp_Pnt& p) {
@@ -203,8 +225,7 @@ bool make_body(const TopoDS_Shape& given, double deflection_m, double angle_rad,
     return false;
   }
   for (Vec3& vertex : body.mesh.vertices) vertex *= kMm;
-  GProp_GProps volume;
-  BRepGProp::VolumeProperties(solid, volume, kIntegral);
+  const GProp_GProps volume = volume_of(solid);
   const double sign = volume.Mass() < 0.0 ? -1.0 : 1.0;
   for (TopExp_Explorer at(solid, TopAbs_FACE); at.More(); at.Next())
     body.faces.push_back(describe_surface(TopoDS::Face(at.Current())));
@@ -266,7 +287,8 @@ TriangleMesh finer_mesh(const TopoDS_Shape& solid, double deflection_m, double a
   for (TopExp_Explorer at(solid, TopAbs_FACE); at.More(); at.Next(), ++count) {
     if (count == body.faces.size()) return {};
     const double known = body.faces[count].area_m2;
-    if (!(std::abs(area_mm2(at.Current()) * kMm * kMm - known) <= kSameArea * std::abs(known))) return {};
+    if (!(std::abs(area_mm2(TopoDS::Face(at.Current())) * kMm * kMm - known) <= kSameArea * std::abs(known)))
+      return {};
   }
   if (count != body.faces.size()) return {};
   std::vector<double> face_deflections_mm;

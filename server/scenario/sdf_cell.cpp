@@ -80,9 +80,13 @@ class Builder {
       const std::string name =
           groups.size() == 1 ? model.name : model.name + "_" + model.links[links.front()].name;
       if (add_robot(model, links, name)) continue;
-      const bool held = std::any_of(model.joints.begin(), model.joints.end(), [&](const SdfJoint& joint) {
-        return !joint.parent && std::find(links.begin(), links.end(), joint.child) != links.end();
-      });
+      const bool held = std::any_of(model.joints.begin(), model.joints.end(),
+                                    [&](const SdfJoint& joint) {
+                                      return !joint.parent && std::find(links.begin(), links.end(),
+                                                                        joint.child) != links.end();
+                                    }) ||
+                        std::all_of(links.begin(), links.end(),
+                                    [&](std::size_t link) { return model.links[link].is_massless; });
       add_body(model, links, held, name);
     }
   }
@@ -100,6 +104,16 @@ class Builder {
     note("model '" + model.name + "' is a robot: its chain is from link '" + made.base_link + "' to '" +
          made.flange_link + "', with " + std::to_string(made.initial_joints_rad.size()) + " moving joints");
     cell_.notes.insert(cell_.notes.end(), robot->notes.begin(), robot->notes.end());
+    if (!robot->fingers.empty()) {
+      ScenarioGripper gripper;
+      gripper.name = unique(made.name + "_gripper", names_);
+      gripper.robot = made.name;
+      gripper.fingers = ScenarioFingers{};
+      gripper.fingers->joints = robot->fingers;
+      note("model '" + model.name + "': its fingers '" + robot->fingers[0] + "' and '" + robot->fingers[1] +
+           "' are gripper " + gripper.name);
+      cell_.scenario.grippers.push_back(std::move(gripper));
+    }
     cell_.scenario.robots.push_back(std::move(made));
     return true;
   }

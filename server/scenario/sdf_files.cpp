@@ -6,6 +6,7 @@
 
 #include "idl/common/parse.h"
 #include "idl/common/text.h"
+#include "idl/common/uri.h"
 
 namespace takt {
 
@@ -15,22 +16,6 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kLargestSdf_MB = 16;
 constexpr std::string_view kUrdfRoot{"robot"};
-
-/// The text with the characters that %XX stands for.
-std::string without_escapes(std::string_view text) {
-  constexpr std::string_view digits = "0123456789abcdef";
-  std::string result;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const std::string code = text[i] == '%' ? lower_text(text.substr(i + 1, 2)) : "";
-    if (code.size() == 2 && code.find_first_not_of(digits) == code.npos) {
-      result += static_cast<char>(digits.find(code[0]) * 16 + digits.find(code[1]));
-      i += 2;
-    } else {
-      result += text[i];
-    }
-  }
-  return result;
-}
 
 /// The folder inside that is called so, whatever the case: caches write names of owners and models in small letters.
 std::optional<fs::path> folder_called(const fs::path& folder, const std::string& name) {
@@ -78,6 +63,29 @@ std::optional<fs::path> in_cache(const fs::path& cache, const std::string& uri) 
   return place;
 }
 
+/// Where a cache of Gazebo Fuel that has this file (.../OWNER/models/NAME/VERSION/...) has what the file names
+/// model://NAME/PATH: in the same version of the same model, else in the newest one of another model of its owner.
+std::optional<fs::path> in_own_cache(const fs::path& file, const std::string& address) {
+  const std::string name = without_escapes(package_of(address));
+  constexpr std::string_view scheme = "model://";
+  if (name.empty() || name == ".." || !address.starts_with(scheme)) return std::nullopt;
+  const std::string path = without_escapes(address.substr(scheme.size()));
+  const fs::path rest = path.size() > name.size() ? path.substr(name.size() + 1) : "";
+  if (std::find(rest.begin(), rest.end(), "..") != rest.end()) return std::nullopt;
+  std::error_code error;
+  const fs::path whole = fs::absolute(file, error).lexically_normal();
+  for (fs::path above = whole.parent_path(); !error && above.has_relative_path();
+       above = above.parent_path()) {
+    const fs::path model = above.parent_path();
+    if (model.parent_path().filename() != "models" || !finite_number(above.filename().string())) continue;
+    if (lower_text(model.filename().string()) == lower_text(name)) return above / rest;
+    const auto other = folder_called(model.parent_path(), name);
+    const auto newest = other ? newest_version(*other) : std::nullopt;
+    return newest ? std::optional(*newest / rest) : std::nullopt;
+  }
+  return std::nullopt;
+}
+
 /// Addresses on servers of models as names of packages: https://HOST/1.0/OWNER/models/NAME/VERSION/files/PATH.
 std::string local_address(const std::string& uri) {
   constexpr std::string_view slashes = "model:///";
@@ -90,6 +98,13 @@ std::string local_address(const std::string& uri) {
   const std::string name = rest.substr(0, rest.find('/'));
   const std::size_t inside = rest.find(files);
   return "model://" + name + (inside == rest.npos ? "" : "/" + rest.substr(inside + files.size()));
+}
+
+/// Relative paths (PATH, file://PATH) are searched in the folders of models, too: as names of packages. Empty: it is none.
+std::string name_of_model(const std::string& address) {
+  constexpr std::string_view scheme = "file://";
+  const std::string path = address.starts_with(scheme) ? address.substr(scheme.size()) : address;
+  return path.empty() || path.front() == '/' || path.find("://") != path.npos ? "" : "model://" + path;
 }
 
 /// The newest SDFormat file that a model.config names.
@@ -158,8 +173,9 @@ std::optional<fs::path> SdfFiles::model(const XmlFile& file, const XmlFile::Elem
   std::vector<std::string> names;
   for (const fs::path& folder : options_.packages)
     if (const auto cached = in_cache(folder, uri)) names.push_back(fs::absolute(*cached).string());
+  if (const auto cached = in_own_cache(file.file(), address)) names.push_back(cached->string());
   names.push_back(address);
-  if (address.find("://") == address.npos) names.push_back("model://" + address);  // also the name of a model
+  if (const std::string name = name_of_model(address); !name.empty()) names.push_back(name);
   for (const std::string& name : names) {
     if (const auto config = found(name + "/model.config"))
       if (const auto named = named_in(open(*config))) return named;
@@ -175,8 +191,12 @@ std::optional<fs::path> SdfFiles::mesh(const XmlFile& file, const XmlFile::Eleme
   for (const fs::path& folder : options_.packages)
     if (const auto cached = in_cache(folder, uri); cached && fs::is_regular_file(*cached, error))
       return fs::absolute(*cached).lexically_normal();
-  if (const auto found = find_mesh_file(local_address(uri), file.file(), options_.packages))
-    return fs::absolute(*found).lexically_normal();
+  const std::string address = local_address(uri);
+  if (const auto cached = in_own_cache(file.file(), address); cached && fs::is_regular_file(*cached, error))
+    return cached;
+  for (const std::string& name : {address, name_of_model(address)})
+    if (const auto found = find_mesh_file(name, file.file(), options_.packages))
+      return fs::absolute(*found).lexically_normal();
   return missing(file, element, uri);
 }
 

@@ -22,6 +22,15 @@ std::array<double, N> child_numbers(const XmlFile& file, const Element& parent, 
   return file.numbers<N>(child, XmlFile::content(child), where + ": <" + name + ">");
 }
 
+/// Numbers that a shape must have: the specification has one value where the file has none.
+template <class Value, class Read>
+Value stated(const XmlFile& file, const Element& shape, const char* name, const std::string& where,
+             SdfFiles& files, const Value& missing, const Read& read) {
+  if (XmlFile::child(shape, name) != nullptr) return read(file, shape, name, where);
+  files.note(file, shape, where + ": found no <" + name + ">; 1 m is taken, as SDFormat has it");
+  return missing;
+}
+
 double positive(const XmlFile& file, const Element& parent, const char* name, const std::string& where) {
   const double value = child_numbers<1>(file, parent, name, where)[0];
   if (!(value > 0.0))
@@ -129,26 +138,31 @@ UrdfInertial sdf_inertial(const XmlFile& file, const Element& element, const std
 
 std::vector<UrdfShape> sdf_shapes(const XmlFile& file, const Element& element, const std::string& where,
                                   SdfFiles& files) {
-  const Element& geometry = file.require_child(element, "geometry", where);
-  const Element* kind = XmlFile::child(geometry);
+  const Element* geometry = XmlFile::child(element, "geometry");
+  const Element* kind = geometry != nullptr ? XmlFile::child(*geometry) : nullptr;
   while (kind != nullptr && XmlFile::name(*kind).find(':') != std::string_view::npos)
     kind = XmlFile::next(*kind);
-  if (kind == nullptr)
-    file.fail(geometry, where + ": <geometry>: found nothing; allowed: a shape, e.g. <box>");
+  if (kind == nullptr) {
+    files.note(file, element, where + ": it is left out: its <geometry> has no shape");
+    return {};
+  }
   const std::string name = XmlFile::name(*kind), of = where + ": <" + name + ">";
+  const auto length = [&](const char* which) { return stated(file, *kind, which, of, files, 1.0, positive); };
+  const auto lengths = [&](const char* which) {
+    return stated(file, *kind, which, of, files, Vec3(Vec3::Ones()), positive3);
+  };
   UrdfShape shape;
   if (name == "box") {
-    shape.size_m = positive3(file, *kind, "size", of);
+    shape.size_m = lengths("size");
   } else if (name == "sphere") {
     shape.kind = UrdfShapeKind::sphere;
-    shape.radius_m = positive(file, *kind, "radius", of);
+    shape.radius_m = length("radius");
   } else if (name == "ellipsoid") {
     shape.kind = UrdfShapeKind::sphere;
-    shape.radius_m = 1.0, shape.scale = positive3(file, *kind, "radii", of);
+    shape.radius_m = 1.0, shape.scale = lengths("radii");
   } else if (name == "cylinder") {
     shape.kind = UrdfShapeKind::cylinder;
-    shape.radius_m = positive(file, *kind, "radius", of),
-    shape.length_m = positive(file, *kind, "length", of);
+    shape.radius_m = length("radius"), shape.length_m = length("length");
   } else if (name == "capsule") {
     std::vector<UrdfShape> shapes =
         capsule(positive(file, *kind, "radius", of), positive(file, *kind, "length", of));

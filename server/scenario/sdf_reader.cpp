@@ -7,6 +7,7 @@
 #include <string_view>
 #include <utility>
 
+#include "idl/common/parse.h"
 #include "idl/common/text.h"
 #include "server/scenario/sdf_files.h"
 #include "server/scenario/sdf_frames.h"
@@ -56,11 +57,8 @@ class Reader {
       if (const Element* second = XmlFile::next(*world, "world"))
         note(file, *second, "a second <world> is left out");
       read_world(file, *world);
-    } else if (const Element* model = XmlFile::child(root, "model")) {
-      world_.name = file.require(*model, "name", "<model>");
-      read_model(file, *model, {});
     } else {
-      file.fail(root, "<sdf>: found neither <world> nor <model>; one of both is needed");
+      read_models(file, root);
     }
     for (const PendingLink& link : links_) fill(link);
     for (const PendingJoint& joint : joints_) fill(joint);
@@ -121,6 +119,23 @@ class Reader {
     return false;
   }
 
+  /// Of a file without a world.
+  void read_models(const XmlFile& file, const Element& root) {
+    bool any = false;
+    XmlFile::for_each(root, nullptr, [&](const Element& child) {
+      const std::string kind = XmlFile::name(child);
+      if (kind == "model")
+        read_model(file, child, {});
+      else if (kind == "include")
+        read_include(file, child, {});
+      else
+        leave_out(child);
+      any = any || kind == "model" || kind == "include";
+    });
+    if (!any) file.fail(root, "<sdf>: found neither <world>, <model> nor <include>; one of them is needed");
+    world_.name = world_.models.empty() ? file.file().stem().string() : world_.models.front().name;
+  }
+
   void read_world(const XmlFile& file, const Element& element) {
     world_.name = file.require(element, "name", "<world>");
     if (const Element* gravity = XmlFile::child(element, "gravity")) {
@@ -164,7 +179,12 @@ class Reader {
                              " levels deep");
     const Element& uri = file.require_child(element, "uri", "<include>");
     const auto path = files_.model(file, uri, XmlFile::content(uri));
-    if (!path) return;  // reported by a note
+    if (!path) {  // reported by a note
+      std::string name = child_text(element, "name");
+      if (name.empty()) name = std::filesystem::path(XmlFile::content(uri)).filename().string();
+      missing_.emplace(at.above, name);
+      return;
+    }
     const XmlFile& other = files_.open(*path);
     const double outside = std::exchange(version_, files_.version(other));
     if (const Element* model = XmlFile::child(*other.root(), "model")) {
@@ -228,7 +248,7 @@ class Reader {
     frames_.set_link(frame, links.size());
     frames_.set_link_once(frames_.own(at.above), links.size());
     links_.push_back({&file, &element, at.above, frame, *at.model, links.size()});
-    links.push_back({at.prefix + name, {}, {}, {}, {}, {}});
+    links.emplace_back().name = at.prefix + name;
   }
 
   void declare_joint(const XmlFile& file, const Element& element, const Place& at) {
@@ -250,8 +270,17 @@ class Reader {
     SdfLink& link = world_.models[at.model].links[at.link];
     link.X_WL = frames_.X_WF(at.frame);
     const std::string where = "link '" + link.name + "': ";
-    if (const Element* inertial = XmlFile::child(*at.element, "inertial"))
-      link.inertial = sdf_inertial(file, *inertial, where + "<inertial>", pose_in_link(at, *inertial));
+    if (const Element* inertial = XmlFile::child(*at.element, "inertial")) {
+      const auto mass = finite_number(child_text(*inertial, "mass"));
+      link.is_massless = mass && *mass == 0.0;
+      if (link.is_massless)
+        note(file, *inertial,
+             where +
+                 "<inertial>: <mass> is 0: read as Bullet does, in which such a link stands where no joint "
+                 "carries it");
+      else
+        link.inertial = sdf_inertial(file, *inertial, where + "<inertial>", pose_in_link(at, *inertial));
+    }
     for (const char* kind : {"kinematic", "gravity"}) {
       const Element* child = XmlFile::child(*at.element, kind);
       if (child != nullptr && flag(file, *at.element, kind) == (std::string_view(kind) == "kinematic"))
@@ -321,6 +350,13 @@ class Reader {
       file.fail(*at.element, where + ": type: found '" + joint.kind + "'; allowed: " +
                                  join(kinds, ", ", [](const Kind& kind) { return std::string(kind.first); }));
     joint.type = known->second;
+    for (const char* end : {"parent", "child"}) {
+      const std::string name = child_text(*at.element, end);
+      if (!missing_.contains({at.scope, name.substr(0, name.find("::"))})) continue;
+      note(file, *at.element,
+           where + " is left out: its <" + end + "> '" + name + "' is of a model that is not there");
+      return;
+    }
     joint.parent = end_of(at, "parent");
     const auto child = end_of(at, "child");
     if (!child) file.fail(*at.element, where + ": <child>: found 'world'; allowed: a link of the model");
@@ -331,7 +367,7 @@ class Reader {
     if (const Element* axis = XmlFile::child(*at.element, "axis"))
       read_axis(at, *axis, where + ": <axis>", joint);
     else if (joint.type != UrdfJointType::fixed && joint.type != other)
-      file.fail(*at.element, where + ": found no <axis>, which is needed");
+      note(file, *at.element, where + ": found no <axis>; z is taken, without limits, as SDFormat has it");
     world_.models[at.model].joints.push_back(std::move(joint));
   }
 
@@ -378,6 +414,7 @@ class Reader {
   double version_ = 0.0;
   std::vector<PendingLink> links_;
   std::vector<PendingJoint> joints_;
+  std::set<std::pair<Scope, std::string>> missing_;  ///< included models that are not there
 };
 
 }  // namespace

@@ -12,7 +12,8 @@ namespace takt {
 
 namespace {
 
-constexpr double kLongWay_m = 10.0;  ///< of a prismatic joint without limit
+constexpr double kLongWay_m = 10.0;                        ///< of a prismatic joint without limit
+constexpr double kFingerSpeed = 0.1, kFingerForce = 50.0;  ///< m/s, N, of fingers that state none
 
 std::string numbers(const Vec3& v) {
   return join(v, " ", [](double x) { return exact_text(x + 0.0); });
@@ -149,6 +150,30 @@ class Builder {
       result_.initial_joints.push_back(free ? 0.0 : std::clamp(0.0, j.lower, j.upper));
     }
     result_.base_link = name(base_), result_.flange_link = name(flange);
+    choose_fingers(flange);
+  }
+
+  /// Has the link, or what is fixed to it, a shape?
+  bool has_shape(std::size_t link) const {
+    if (link != world_ && !(model_.links[link].visuals.empty() && model_.links[link].collisions.empty()))
+      return true;
+    const std::vector<std::size_t> joints = below(link);
+    return std::any_of(joints.begin(), joints.end(),
+                       [&](std::size_t i) { return !moves(joint(i)) && has_shape(joint(i).child); });
+  }
+
+  void choose_fingers(std::size_t flange) {
+    std::vector<std::size_t> carried;
+    branches(flange, carried);
+    const auto is_finger = [&](std::size_t i) {
+      return joint(i).type == UrdfJointType::prismatic && reach(i) == 1 && std::isfinite(joint(i).lower) &&
+             std::isfinite(joint(i).upper) && parent(i) == parent(carried[0]) && has_shape(parent(i)) &&
+             has_shape(joint(i).child);
+    };
+    if (result_.initial_joints.empty() || carried.size() != 2 ||
+        !std::all_of(carried.begin(), carried.end(), is_finger))
+      return;
+    for (const std::size_t i : carried) result_.fingers.push_back(joint(i).name), fingers_.insert(i);
   }
 
   /// Frame of the link in its URDF: that of the joint above it.
@@ -232,11 +257,21 @@ class Builder {
                     origin(X_WU(parent(i)).inverse() * j.X_WJ) + "<parent link=" + quoted(name(parent(i))) +
                     "/><child link=" + quoted(name(j.child)) + "/>";
     if (moves(j)) {
+      double velocity = j.velocity, effort = j.effort;
+      if (fingers_.contains(i)) {
+        const auto assume = [&](double& value, double assumed, const char* what, const char* unit) {
+          if (value > 0.0) return;
+          value = assumed;
+          note(j.place + "joint '" + j.name + "', a finger, has no " + what + "; " + number_text(assumed) +
+               " " + unit + " is assumed");
+        };
+        assume(velocity, kFingerSpeed, "velocity", "m/s"), assume(effort, kFingerForce, "effort", "N");
+      }
       const double lower = std::isfinite(j.lower) ? j.lower : -kLongWay_m,
                    upper = std::isfinite(j.upper) ? j.upper : kLongWay_m;
       result_.urdf += "<axis xyz='" + numbers(j.axis) + "'/><limit lower='" + exact_text(lower) +
-                      "' upper='" + exact_text(upper) + "' velocity='" + exact_text(j.velocity) +
-                      "' effort='" + exact_text(j.effort) + "'/>";
+                      "' upper='" + exact_text(upper) + "' velocity='" + exact_text(velocity) + "' effort='" +
+                      exact_text(effort) + "'/>";
     }
     result_.urdf += "</joint>\n";
   }
@@ -249,6 +284,7 @@ class Builder {
   std::vector<std::size_t> joints_;                ///< those of a tree
   std::size_t base_ = 0;
   std::vector<std::size_t> walk_;  ///< links from the base on
+  std::set<std::size_t> fingers_;  ///< joints
   SdfRobot result_;
 };
 

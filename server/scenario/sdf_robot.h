@@ -15,6 +15,8 @@ struct SdfRobot {
   std::string urdf;
   std::string base_link, flange_link;
   Pose X_WR;
+  std::vector<std::string>
+      fingers;  ///< two prismatic joints that the flange carries, with shapes, and no others; else none
   std::vector<double> initial_joints;  ///< of the chain from base to flange: nearest to 0 within the limits
   std::vector<std::string> notes;
 };

@@ -22,6 +22,7 @@ struct SdfLink {
   std::string name;  ///< with those of the nested models that have it: gripper::finger
   Pose X_WL;
   std::optional<UrdfInertial> inertial;
+  bool is_massless = false;  ///< the file states a mass of 0, as Bullet has it of what stands
   std::vector<UrdfShape> visuals, collisions;  ///< file names are absolute
   std::optional<std::array<float, 4>> color;   ///< of the first visual that states one
 };

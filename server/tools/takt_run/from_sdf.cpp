@@ -44,12 +44,25 @@ void write(const SdfCell& cell, const Arguments& arguments) {
   });
 }
 
+/// Fingers that are no parallel gripper stay joints that stand.
+void leave_out_grippers(SdfCell& cell, const Arguments& arguments) {
+  if (cell.scenario.grippers.empty()) return;
+  try {
+    load_cell(cell.scenario.file);
+  } catch (const std::exception& reason) {
+    cell.scenario.grippers.clear();
+    cell.notes.push_back("The fingers stand, there is no gripper: " + std::string(reason.what()) + ".");
+    write(cell, arguments);
+  }
+}
+
 int import(const Arguments& arguments) {
   SdfOptions options;
   options.packages = command_line::model_folders(arguments.packages);
   options.leave_out_missing = arguments.leave_out_missing;
-  const SdfCell cell = sdf_cell(read_sdf(arguments.file, options), arguments.directory);
+  SdfCell cell = sdf_cell(read_sdf(arguments.file, options), arguments.directory);
   write(cell, arguments);
+  leave_out_grippers(cell, arguments);
   if (!arguments.quiet) {
     for (const std::string& note : cell.notes) std::cout << note << '\n';
     std::cout << cell.scenario.file.string() << ": " << counted(cell.scenario.parts.size(), "Part", "Parts")
