@@ -1,6 +1,7 @@
 #include "plant_models/mechanics/rigid_body.h"
 
 #include <Eigen/LU>
+#include <cmath>
 
 namespace takt {
 
@@ -79,7 +80,11 @@ void RigidBody::derivatives(double, const double* x, const CellMotion& motion,
 void RigidBody::state_scales(double* scales) const {
   // Typical sizes are tens of centimetres, typical speeds about a metre per second.
   for (int i = 0; i < 7; ++i) scales[i] = 0.1;
-  for (int i = 7; i < kStates; ++i) scales[i] = 1.0;
+  for (int i = 7; i < 10; ++i) scales[i] = 1.0;
+  // Errors of rotation count as those of the points that they move: no point of a solid box is further from the centre of
+  // mass than sqrt(3) times its polar radius of gyration, and half of the inertia's trace is that radius squared per mass.
+  const double radius_m = std::sqrt(1.5 * parameters_.I_BBcm_B.trace() / parameters_.mass_kg);
+  for (int i = 10; i < kStates; ++i) scales[i] = 1.0 / radius_m;
 }
 
 double mechanical_energy(const RigidBodyParameters& parameters, const double* x) {

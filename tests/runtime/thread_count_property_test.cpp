@@ -149,15 +149,17 @@ TEST(ThreadCount, IslandsWithStepsOfTheirOwnHaveTheSameBits) {
   if constexpr (kMaxLevelOfDetail < 3) GTEST_SKIP() << "needs level of detail 3";
   for (const char* method : {"automatic", "rosenbrock"}) {
     SCOPED_TRACE(method);
-    SideBySide runs(Bricks().cell(Bricks::piles(), std::string("step_s: 0.004, method: ") + method,
-                                  ", parallel: true, cache_unmoved_pairs: false"));
-    for (int i = 0; i < 40; ++i) {
-      runs.step({});
-      if (HasFatalFailure()) return;
+    for (const auto& bricks : {Bricks::piles(), Bricks::pile(6)}) {
+      SideBySide runs(Bricks().cell(bricks, std::string("step_s: 0.004, method: ") + method,
+                                    ", parallel: true, cache_unmoved_pairs: false"));
+      for (int i = 0; i < 40; ++i) {
+        runs.step({});
+        if (HasFatalFailure()) return;
+      }
+      runs.expect_same();
+      EXPECT_GT(runs.shuffler.runs, 50U);
+      EXPECT_GT(runs.alone.contact_counts().elements, 100U);
     }
-    runs.expect_same();
-    EXPECT_GT(runs.shuffler.runs, 50U);
-    EXPECT_GT(runs.alone.contact_counts().elements, 100U);
   }
 }
 

@@ -171,6 +171,61 @@ TEST_F(ThrownBricks, AGroupMovesBesideItsCopyAsAloneBitForBit) {
   EXPECT_GT(alone.sample("Left").V_WB.w.norm(), 0.1) << "they have not met";
 }
 
+/// Five bricks lie on a plate, and one falls on it: one island, of which the impact shortens the steps of few.
+class BricksOnAPlate : public testing::Test {
+ protected:
+  BricksOnAPlate() {
+    bench::write_box(directory_ / "brick.obj", {-0.025, -0.0175, -0.0125}, {0.025, 0.0175, 0.0125});
+    bench::write_box(directory_ / "plate.obj", {-0.12, -0.09, -0.01}, {0.12, 0.09, 0.01});
+    bench::write_box(directory_ / "floor.obj", {-0.3, -0.3, -0.05}, {0.3, 0.3, 0.0});
+  }
+  Model cell(const std::string& solver) const {
+    std::string parts =
+        "  Plate: {mesh: plate.obj, mass_kg: 3, hierarchy: 1, pose: {position_m: [0, 0, 0.01]}}\n"
+        "  Falling: {mesh: brick.obj, mass_kg: 0.1, hierarchy: 2, pose: {position_m: [0, 0.045, 0.05], "
+        "rpy_deg: [9, 14, "
+        "5]}, twist: {velocity_m_per_s: [0.1, 0, -0.4]}}\n";
+    for (int i = 0; i < 5; ++i)
+      parts += "  P" + std::to_string(i) +
+               ": {mesh: brick.obj, mass_kg: 0.1, hierarchy: 2, pose: {position_m: [" +
+               std::to_string(i < 3 ? -0.07 + 0.07 * i : -0.07 + 0.14 * (i - 3)) + ", " +
+               (i < 3 ? "-0.045" : "0.045") + ", 0.0325]}}\n";
+    return load_scene(directory_, {"{" + solver + "}", "{defaults: {friction: 0.3}, element_edge_m: 0.01}",
+                                   parts, "  Floor: {mesh: floor.obj}"});
+  }
+  TemporaryDirectory directory_;
+};
+
+TEST_F(BricksOnAPlate, MoveWithStepsOfTheirOwnAsByCvodeWithATightTolerance) {
+  constexpr int kSteps = 8;
+  // What lies, and what has rebounded in the meantime: five tolerances of its velocity for 0.1 s.
+  constexpr double kMostOffLying_m = 1e-6, kMostOffFalling_m = 5e-5;
+  SceneRun reference(cell("method: cvode, tolerance: 1.0e-9, step_s: 0.008"));
+  for (int step = 0; step < kSteps; ++step) ASSERT_TRUE(reference.step());
+  EXPECT_GT(reference.sample("Falling").V_WB.w.norm(), 0.5) << "it has not hit the plate";
+  for (const char* method : {"rosenbrock", "automatic"}) {
+    const std::string solver = std::string("step_s: 0.008, method: ") + method;
+    SceneRun parts(cell(solver)), one(as_one_island(cell(solver)));
+    for (int step = 0; step < kSteps; ++step) ASSERT_TRUE(parts.step() && one.step());
+    for (const char* name : {"Plate", "Falling", "P0", "P1", "P2", "P3", "P4"}) {
+      const Vec3 p = reference.sample(name).p_WB;
+      const double most_off_m = std::string(name) == "Falling" ? kMostOffFalling_m : kMostOffLying_m;
+      EXPECT_LT((parts.sample(name).p_WB - p).norm(), most_off_m) << name << ", " << method;
+      EXPECT_LT((one.sample(name).p_WB - p).norm(), most_off_m)
+          << name << ", " << method << ", one step size";
+    }
+    // Contacts are computed less often than with one step size for all.
+    EXPECT_LT(static_cast<double>(parts.simulation().contact_counts().made),
+              0.9 * static_cast<double>(one.simulation().contact_counts().made))
+        << method;
+  }
+}
+
+TEST_F(BricksOnAPlate, ContinueAfterARestoreWithTheSameBits) {
+  for (const char* solver : {"method: automatic, step_s: 0.008", "method: rosenbrock, step_s: 0.008"})
+    check_restored_runs(cell(solver), StepCommands(14), {1, 5, 8, 11}, 3);
+}
+
 TEST_F(ThrownBricks, ContinueAfterARestoreWithTheSameBits) {
   for (const char* solver : {"method: automatic, step_s: 0.008", "method: rosenbrock, step_s: 0.008",
                              "method: rosenbrock, step_s: 0.002"})

@@ -55,6 +55,13 @@ class Bricks {
         bricks.push_back({"P" + std::to_string(3 * row + i), row, 0.004 * (row + i), 0.025 + 0.035 * i});
     return bricks;
   }
+  /// One pile: an island in which few models need the smallest steps.
+  static std::vector<Brick> pile(int count) {
+    std::vector<Brick> bricks;
+    for (int i = 0; i < count; ++i)
+      bricks.push_back({"P" + std::to_string(i), 0, 0.004 * i, 0.025 + 0.035 * i});
+    return bricks;
+  }
 
  private:
   TemporaryDirectory directory_;

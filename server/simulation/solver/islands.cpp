@@ -35,7 +35,9 @@ Islands::Islands(const OdeSystem& system, std::span<const int> unit_of_body)
       awake_(system.segments().size(), 0),
       new_(awake_),
       island_(awake_.size(), 0),
-      sets_(awake_.size()) {
+      sets_(awake_.size()),
+      level_of_(awake_.size(), 0),
+      marked_(awake_.size(), 0) {
   std::vector<char> has_form(awake_.size(), 0);
   for (const int unit : unit_of_body_)
     if (unit >= 0) has_form[static_cast<std::size_t>(unit)] = 1;
@@ -45,8 +47,15 @@ Islands::Islands(const OdeSystem& system, std::span<const int> unit_of_body)
   if (!possible_) return;
   with_states_.reserve(awake_.size()), members_.reserve(awake_.size()), begin_.reserve(awake_.size() + 1);
   const std::size_t room = contacts_->room();
-  links_.reserve(room), inner_.reserve(room), outer_.reserve(2 * room), pairs_.reserve(room);
-  ends_.reserve(2 * room);
+  links_.reserve(room), inner_.reserve(room), outer_.reserve(2 * room);
+  // Each level has at most half of the segments of the one before.
+  for (std::size_t l = 0; l < kLevels; ++l) {
+    Level& level = levels_[l];
+    level.segments.reserve((awake_.size() >> l) + 1), level.following.reserve(awake_.size());
+    level.links.reserve((room >> l) + 1), level.pairs.reserve((room >> l) + 1),
+        level.ends.reserve(2 * (room >> l) + 2);
+    level.guards.reserve(2 * (room >> l) + 2);
+  }
 }
 
 std::size_t Islands::find(OdeSystem& system, double t, double h, std::span<const double> x) {
@@ -62,10 +71,6 @@ std::size_t Islands::find(OdeSystem& system, double t, double h, std::span<const
   if (with_states_.size() < 2) return 0;
   system.update_motion(t, x);
   sets_.reset();
-  const auto unit_of = [this](int component) {
-    const int unit = component < 0 ? -1 : unit_of_body_[static_cast<std::size_t>(component)];
-    return unit >= 0 && awake_[static_cast<std::size_t>(unit)] != 0 ? unit : -1;
-  };
   for (const PairConnection& pair : system.connections())
     if (const int a = unit_of(pair.base), b = unit_of(pair.connection.partner); a >= 0 && b >= 0)
       sets_.join(a, b);
@@ -157,21 +162,90 @@ void Islands::attend(OdeSystem& system, std::size_t island) {
                          [](const Side& a, const Side& b) { return a.island < b.island; });
     return std::span<const Side>(first, last);
   };
-  pairs_.clear(), ends_.clear();
-  for (const Side& side : of_island(inner_)) {
-    PairContact* const pair = links_[side.link].contact;
-    pairs_.push_back(pair);
-    ends_.push_back(pair->base), ends_.push_back(pair->target);
-  }
-  std::sort(ends_.begin(), ends_.end());
-  ends_.erase(std::unique(ends_.begin(), ends_.end()), ends_.end());
-  guards_ = of_island(outer_);
-  for (const Side& side : guards_) {
+  level_ = 0;
+  Level& level = levels_[0];
+  const auto members = segments(island);
+  level.segments.assign(members.begin(), members.end());
+  level.links.clear(), level.guards.clear(), level.following.clear();
+  for (const Side& side : of_island(inner_)) level.links.push_back(side.link);
+  for (const Side& side : of_island(outer_)) {
+    level.guards.push_back(side);
     Link& link = links_[side.link];
     link.ends[side.which] = link.tried[side.which] = -kInfinity;
   }
-  for (const std::size_t segment : segments(island)) new_[segment] = 0;
-  system.attend(segments(island), pairs_, ends_, *this);
+  for (const std::size_t segment : members) new_[segment] = 0, level_of_[segment] = 0;
+  attend_level(system);
+}
+
+void Islands::attend_level(OdeSystem& system) {
+  Level& level = levels_[level_];
+  level.pairs.clear(), level.ends.clear();
+  for (const std::size_t link : level.links) {
+    PairContact* const pair = links_[link].contact;
+    level.pairs.push_back(pair);
+    level.ends.push_back(pair->base), level.ends.push_back(pair->target);
+  }
+  std::sort(level.ends.begin(), level.ends.end());
+  level.ends.erase(std::unique(level.ends.begin(), level.ends.end()), level.ends.end());
+  guards_ = level.guards;
+  system.attend(level.segments, level.pairs, level.ends, *this);
+}
+
+void Islands::add_connected(const OdeSystem& system, std::vector<std::size_t>& segments) {
+  for (const std::size_t i : segments) marked_[i] = 1;
+  for (bool added = true; added;) {
+    added = false;
+    for (const PairConnection& pair : system.connections()) {
+      const int a = unit_of(pair.base), b = unit_of(pair.connection.partner);
+      if (a < 0 || b < 0) continue;
+      const auto one = static_cast<std::size_t>(a), other = static_cast<std::size_t>(b);
+      if (marked_[one] == marked_[other]) continue;
+      const std::size_t joined = marked_[one] != 0 ? other : one;
+      marked_[joined] = 1, added = true;
+      segments.push_back(joined);
+    }
+  }
+  for (const std::size_t i : segments) marked_[i] = 0;
+  std::sort(segments.begin(), segments.end());
+}
+
+void Islands::refine(OdeSystem& system, std::span<const std::size_t> segments,
+                     const OdeSystem::Courses& courses) {
+  const Level& whole = levels_[level_];
+  Level& part = levels_[++level_];
+  part.segments.assign(segments.begin(), segments.end());
+  part.links.clear(), part.guards.clear(), part.following.clear();
+  for (const std::size_t i : segments) level_of_[i] = level_;
+  const auto is_in = [this](int unit) {
+    return unit >= 0 && level_of_[static_cast<std::size_t>(unit)] == level_;
+  };
+  for (const Side& side : whole.guards) {
+    Link& link = links_[side.link];
+    const bool in = is_in(link.units[side.which]);
+    (in ? link.tried : link.ends)[side.which] = (in ? link.ends : link.tried)[side.which];
+    if (in) part.guards.push_back(side);
+  }
+  for (const std::size_t l : whole.links) {
+    const Link& link = links_[l];
+    if (!is_in(link.units[0]) && !is_in(link.units[1])) continue;
+    part.links.push_back(l);
+    for (const int unit : link.units) {
+      if (unit < 0 || is_in(unit) || marked_[static_cast<std::size_t>(unit)] != 0) continue;
+      marked_[static_cast<std::size_t>(unit)] = 1;
+      part.following.push_back(static_cast<std::size_t>(unit));
+    }
+  }
+  for (const std::size_t i : part.following) marked_[i] = 0;
+  courses_ = &courses;
+  attend_level(system);
+  system.follow(courses_, part.following);
+}
+
+void Islands::resume(OdeSystem& system) {
+  for (const std::size_t i : levels_[level_].segments) level_of_[i] = level_ - 1;
+  --level_;
+  attend_level(system);
+  system.follow(courses_, levels_[level_].following);
 }
 
 void Islands::watch(const CellMotion& motion) {

@@ -13,6 +13,7 @@
 //
 // A cell is one island if force elements act in it, if a model has indicators, or if a model has states but no
 // velocity form: such a model may depend on the motion of any other.
+#include <array>
 #include <span>
 #include <vector>
 
@@ -56,6 +57,19 @@ class Islands {
     OdeSystem& system_;
   };
 
+  /// Of the island in attention: the segments that are integrated at present.
+  static constexpr std::size_t kLevels = 6;
+  std::span<const std::size_t> attended() const { return levels_[level_].segments; }
+  /// Whether a part of them may be refined.
+  bool can_refine() const { return level_ + 1 < kLevels; }
+  /// After a trial: these of the attended segments, at most half, are integrated again alone, while the others that they can
+  /// touch follow their courses. The trial's motions are accepted of the others.
+  void refine(OdeSystem& system, std::span<const std::size_t> segments, const OdeSystem::Courses& courses);
+  /// Those that were attended before the last refine().
+  void resume(OdeSystem& system);
+  /// Adds to a list of attended segments those to which connections join them.
+  void add_connected(const OdeSystem& system, std::vector<std::size_t>& segments);
+
   /// A motion of the island in attention, from which forces are taken.
   void watch(const CellMotion& motion);
   /// The motions watched since the last call belong to an accepted step, or to a rejected one.
@@ -81,7 +95,21 @@ class Islands {
     }
   };
 
+  /// What is integrated: an island, or a part of the level before.
+  struct Level {
+    std::vector<std::size_t> segments, links;
+    std::vector<PairContact*> pairs;
+    std::vector<int> ends;
+    std::vector<Side> guards;
+    std::vector<std::size_t> following;
+  };
+
   void attend(OdeSystem& system, std::size_t island);
+  void attend_level(OdeSystem& system);
+  int unit_of(int component) const {
+    const int unit = component < 0 ? -1 : unit_of_body_[static_cast<std::size_t>(component)];
+    return unit >= 0 && awake_[static_cast<std::size_t>(unit)] != 0 ? unit : -1;
+  }
   void guard(const OdeSystem& system, Link& link, double h);
   void sort_members();
   bool is_cross(const Link& link) {
@@ -100,8 +128,11 @@ class Islands {
   std::vector<std::size_t> members_, begin_;  ///< segments by island
   std::vector<Side> inner_, outer_;           ///< links within islands, and between them
   std::span<const Side> guards_;              ///< of the island in attention
-  std::vector<PairContact*> pairs_;           ///< likewise
-  std::vector<int> ends_;
+  std::array<Level, kLevels> levels_;         ///< likewise
+  std::size_t level_ = 0;
+  const OdeSystem::Courses* courses_ = nullptr;
+  std::vector<std::size_t> level_of_;  ///< by segment
+  std::vector<char> marked_;           ///< by segment
 };
 
 }  // namespace takt

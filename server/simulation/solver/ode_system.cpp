@@ -44,6 +44,8 @@ OdeSystem::OdeSystem(std::vector<PlantModel*> models, const ComponentInteraction
   awake_.reserve(part_bodies_.size());
   all_active_.reserve(segments_.size()), all_states_.reserve(segments_.size());
   all_awake_.reserve(part_bodies_.size());
+  follows_.resize(segments_.size(), 0);
+  followed_.resize(begin);
   wake_all();
 }
 
@@ -84,7 +86,8 @@ void OdeSystem::activate(std::span<const int> parts, bool fixed_bodies) {
 
 void OdeSystem::attend(std::span<const std::size_t> segments, std::span<PairContact* const> pairs,
                        std::span<const int> ends, Islands& islands) {
-  all_active_ = active_, all_states_ = active_states_, all_awake_ = awake_;
+  if (islands_ == nullptr) all_active_ = active_, all_states_ = active_states_, all_awake_ = awake_;
+  follow(nullptr, {});
   active_.clear(), active_states_.clear(), awake_.clear();
   auto next = segments.begin();
   for (const std::size_t i : all_active_) {
@@ -104,8 +107,29 @@ void OdeSystem::attend(std::span<const std::size_t> segments, std::span<PairCont
 void OdeSystem::attend_all() {
   if (islands_ == nullptr) return;
   islands_ = nullptr;
+  follow(nullptr, {});
   active_.swap(all_active_), active_states_.swap(all_states_), awake_.swap(all_awake_);
   contacts_->attend_all();
+}
+
+void OdeSystem::follow(const Courses* courses, std::span<const std::size_t> segments) {
+  for (const std::size_t i : following_) follows_[i] = 0;
+  courses_ = courses, following_ = segments;
+  for (const std::size_t i : following_) follows_[i] = 1;
+}
+
+void OdeSystem::follow_courses(double t) {
+  for (const std::size_t i : following_) {
+    const Segment& segment = segments_[i];
+    const auto& [begin_s, length_s] = courses_->spans[i];
+    const double h = length_s, s = (t - begin_s) / h, r = 1.0 - s;
+    const double from = r * r * (1.0 + 2.0 * s), to = s * s * (1.0 + 2.0 * r);
+    const double out = h * s * r * r, in = h * s * s * r;
+    for (std::size_t k = segment.begin; k < segment.begin + segment.count; ++k)
+      followed_[k] = from * courses_->x[0][k] + to * courses_->x[1][k] + out * courses_->f[0][k] -
+                     in * courses_->f[1][k];
+    segment.model->write_motion(t, followed_.data() + segment.begin, motion_);
+  }
 }
 
 void OdeSystem::initial_state(std::span<double> x) const {
@@ -116,6 +140,7 @@ void OdeSystem::update_motion(double t, std::span<const double> x) {
   motion_.time_s = t;
   for (const std::size_t i : active_)
     segments_[i].model->write_motion(t, x.data() + segments_[i].begin, motion_);
+  follow_courses(t);
   if (islands_ != nullptr) islands_->watch(motion_);
 }
 
@@ -135,6 +160,7 @@ void OdeSystem::update_stateless_motion(double t) {
   motion_.time_s = t;
   for (const std::size_t i : active_)
     if (segments_[i].count == 0) segments_[i].model->write_motion(t, nullptr, motion_);
+  follow_courses(t);
 }
 
 std::span<const Wrench> OdeSystem::update_wrenches() {

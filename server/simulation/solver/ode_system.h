@@ -39,6 +39,19 @@ class OdeSystem {
   /// watches the motions.
   void attend(std::span<const std::size_t> segments, std::span<PairContact* const> pairs,
               std::span<const int> ends, Islands& islands);
+  /// Motion within a step that a solver has found already: of each model the cubic through its states and their derivatives
+  /// at the beginning and at the end.
+  struct Courses {
+    struct Span {
+      double begin_s = 0.0, length_s = 0.0;
+    };
+    std::vector<Span> spans;         ///< by segment
+    std::vector<double> x[2], f[2];  ///< by state, at either end
+  };
+  /// After attend(): these models with states, which are not attended, follow their courses until the next attend() or
+  /// attend_all().
+  void follow(const Courses* courses, std::span<const std::size_t> segments);
+  bool follows(std::size_t segment) const { return follows_[segment] != 0; }
   void attend_all();
   /// Number of Parts that may move.
   std::size_t awake_count() const { return awake_.size(); }
@@ -146,6 +159,7 @@ class OdeSystem {
  private:
   void activate(std::span<const int> parts, bool fixed_bodies);
   void evaluate_wrenches();
+  void follow_courses(double t);
 
   std::vector<Segment> segments_;
   std::vector<Block> blocks_;
@@ -161,6 +175,10 @@ class OdeSystem {
   std::vector<std::size_t> all_active_;
   std::vector<Range> all_states_;
   std::vector<int> all_awake_;
+  const Courses* courses_ = nullptr;
+  std::span<const std::size_t> following_;
+  std::vector<char> follows_;     ///< by segment
+  std::vector<double> followed_;  ///< states
   const ComponentInteraction& interaction_;
   ContactInteraction* contacts_;
   std::vector<const ForceElement*> elements_;

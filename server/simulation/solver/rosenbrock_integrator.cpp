@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "plant_models/state_bytes.h"
@@ -29,6 +30,15 @@ constexpr double kCalmError = 0.02, kCalmChange = 0.2;
 // Communication steps that one matrix serves, that pass with a matrix of their own after a kept one was not enough, and
 // by four stages after two were not.
 constexpr int kKeptSteps = 20, kFreshSteps = 20, kBusySteps = 6;
+
+// Islands of so many models and more are integrated by parts. The common step of several models is such that this share of
+// them expects to need a smaller one.
+constexpr std::size_t kFewest = 4;
+constexpr double kShareOfSmaller = 0.34;
+// Where a trial is accepted of some models alone, their errors are below this share of the tolerance.
+constexpr double kApartError = 0.5;
+// And the cubic through the trial is at most so many tolerances from the straight line between its ends.
+constexpr double kMostBent = 10.0;
 
 // Times closer than this are one time (s, relative above 1 s).
 double one_time(double t) {
@@ -75,6 +85,10 @@ RosenbrockIntegrator::RosenbrockIntegrator(const SolverParameters& parameters, c
       after_(-kInfinity),
       before_(kInfinity) {
   kept_segments_.reserve(system.segments().size());
+  refined_.reserve(system.segments().size()), ranked_.reserve(system.segments().size());
+  courses_.spans.resize(system.segments().size());
+  for (auto* values : {&courses_.x[0], &courses_.x[1], &courses_.f[0], &courses_.f[1]})
+    values->resize(start_.size());
 }
 
 void RosenbrockIntegrator::restart() {
@@ -222,6 +236,22 @@ bool RosenbrockIntegrator::try_whole(OdeSystem& system, double t, double whole_s
   return true;
 }
 
+/// The smallest step, whatever its error: it must not drive.
+bool RosenbrockIntegrator::force_step(OdeSystem& system, double t, double h, Outcome outcome,
+                                      std::span<const double> x) {
+  if (outcome == Outcome::too_large) {
+    ++statistics_.forced_steps;
+    trial_.set_linearisation(Linearisation::secant);
+    const bool stepped =
+        begin(system, t, h, false, x) && trial_.four_stages(system, t, h, x) != Outcome::not_finite;
+    trial_.set_linearisation(Linearisation::tangent);
+    if (stepped) return true;
+  }
+  failure_ = "no step succeeded, however small, at t = " + std::to_string(t) +
+             " s: derivatives are not finite, or the matrix has no inverse";
+  return false;
+}
+
 bool RosenbrockIntegrator::find_step(OdeSystem& system, double t, double& h, bool begun, bool& mode_ends,
                                      std::span<const double> x) {
   kept_steps_ = 0;
@@ -232,11 +262,7 @@ bool RosenbrockIntegrator::find_step(OdeSystem& system, double t, double& h, boo
     const Outcome outcome = trial_.four_stages(system, t, h, x);
     const bool smallest = h <= kSmallestStep_s;
     if (outcome == Outcome::not_finite) {
-      if (smallest) {
-        failure_ = "no step succeeded, however small, at t = " + std::to_string(t) +
-                   " s: derivatives are not finite, or the matrix has no inverse";
-        return false;
-      }
+      if (smallest) return force_step(system, t, h, outcome, x);
       ++statistics_.rejected_steps;
       rejected_ = true;
       islands_.reject();
@@ -251,18 +277,7 @@ bool RosenbrockIntegrator::find_step(OdeSystem& system, double t, double& h, boo
       step_ = h = std::max(h * std::clamp(factor, kLeastFactor, 0.9), kSmallestStep_s);
       continue;
     }
-    if (outcome == Outcome::too_large) {
-      ++statistics_.forced_steps;
-      // Whatever its error, the step must not drive.
-      trial_.set_linearisation(Linearisation::secant);
-      const bool stepped =
-          begin(system, t, h, false, x) && trial_.four_stages(system, t, h, x) != Outcome::not_finite;
-      trial_.set_linearisation(Linearisation::tangent);
-      if (!stepped) {
-        failure_ = "no step succeeded, however small, at t = " + std::to_string(t) + " s";
-        return false;
-      }
-    }
+    if (outcome == Outcome::too_large && !force_step(system, t, h, outcome, x)) return false;
     const double share = mode_ends_at(system, t + h);
     mode_ends = share <= 1.0;
     const double late = (1.0 - share) * h;
@@ -297,6 +312,118 @@ bool RosenbrockIntegrator::take_pieces(OdeSystem& system, double t, double end, 
   return true;
 }
 
+double RosenbrockIntegrator::common_step() {
+  const auto segments = islands_.attended();
+  ranked_.clear();
+  for (const std::size_t i : segments) ranked_.push_back(next_paces_[i].step);
+  const std::size_t smaller =
+      segments.size() < kFewest || !islands_.can_refine()
+          ? 0
+          : static_cast<std::size_t>(kShareOfSmaller * static_cast<double>(segments.size()));
+  const auto place = ranked_.begin() + static_cast<std::ptrdiff_t>(smaller);
+  std::nth_element(ranked_.begin(), place, ranked_.end());
+  return *place;
+}
+
+/// False: too many models need a smaller step. Then their errors are in ranked_.
+bool RosenbrockIntegrator::find_refined(OdeSystem& system, double h, std::span<const double> x) {
+  const auto segments = islands_.attended();
+  refined_.clear(), ranked_.clear();
+  for (const std::size_t i : segments) {
+    const double error = trial_.error_of(system, i, x);
+    ranked_.push_back(error);
+    if (!(error <= kApartError)) refined_.push_back(i);
+  }
+  if (segments.size() < kFewest || !islands_.can_refine() || h <= kSmallestStep_s) return false;
+  if (2 * refined_.size() > segments.size()) return false;
+  std::size_t straight = 0;
+  for (const std::size_t i : segments)
+    if (trial_.error_of(system, i, x) <= kApartError) {
+      if (trial_.bend_of(system, i, h, x) <= kMostBent)
+        ++straight;
+      else
+        refined_.push_back(i);
+    }
+  if (2 * straight < segments.size()) return false;
+  islands_.add_connected(system, refined_);
+  return 2 * refined_.size() <= segments.size();
+}
+
+bool RosenbrockIntegrator::find_apart(OdeSystem& system, double t, double& h, std::span<const double> x) {
+  rejected_ = false;
+  while (true) {
+    const Outcome outcome = trial_.four_stages(system, t, h, x);
+    refined_.clear();
+    if (outcome == Outcome::good) return true;
+    const bool smallest = h <= kSmallestStep_s;
+    if (outcome == Outcome::too_large && find_refined(system, h, x)) return true;
+    refined_.clear();
+    if (smallest) return force_step(system, t, h, outcome, x);
+    ++statistics_.rejected_steps;
+    rejected_ = true;
+    islands_.reject();
+    double factor = kAfterNotFinite;
+    if (outcome == Outcome::too_large) {
+      const bool few = ranked_.size() < kFewest || !islands_.can_refine();
+      const auto larger =
+          static_cast<std::ptrdiff_t>(few ? 0.0 : kShareOfSmaller * static_cast<double>(ranked_.size()));
+      std::nth_element(ranked_.begin(), ranked_.begin() + larger, ranked_.end(), std::greater<>());
+      factor = std::clamp(kSafety * std::pow(ranked_[static_cast<std::size_t>(larger)], -1.0 / 3.0),
+                          kLeastFactor, 0.9);
+    }
+    h = std::max(factor * h, kSmallestStep_s);
+  }
+}
+
+/// Accepts the trial of the attended segments but for those refined.
+void RosenbrockIntegrator::keep_course(const OdeSystem& system, double t, double h, std::span<double> x) {
+  auto refined = refined_.begin();
+  for (const std::size_t i : islands_.attended()) {
+    Pace& pace = next_paces_[i];
+    if (refined != refined_.end() && *refined == i) {
+      ++refined;
+      const double factor = kSafety * std::pow(std::max(trial_.error_of(system, i, x), 1e-9), -1.0 / 3.0);
+      pace.step = std::max(h * std::clamp(factor, kLeastFactor, 0.9), kSmallestStep_s);
+      continue;
+    }
+    const double error = trial_.error_of(system, i, x);
+    const double factor =
+        kSafety * std::pow(std::max(error, 1e-9), -kIntegral) * std::pow(pace.last_error, kProportional);
+    const double proposed = h * std::clamp(factor, kLeastFactor, rejected_ ? 1.0 : kMaxFactor);
+    pace.step = std::max(h < pace.step ? std::max(pace.step, proposed) : proposed, kSmallestStep_s);
+    pace.last_error = std::max(error, kLeastError);
+    courses_.spans[i] = {t, h};
+    const OdeSystem::Segment& segment = system.segments()[i];
+    for (std::size_t k = segment.begin; k < segment.begin + segment.count; ++k) {
+      courses_.x[0][k] = x[k], courses_.x[1][k] = x[k] = trial_.new_x()[k];
+      courses_.f[0][k] = trial_.start_rates()[k], courses_.f[1][k] = trial_.end_rates()[k];
+    }
+  }
+}
+
+bool RosenbrockIntegrator::take_apart(OdeSystem& system, double t, double end, std::span<double> x) {
+  for (double now = t; end - now > one_time(end);) {
+    const double left = end - now;
+    double size = divided(common_step(), left);
+    if (!begin(system, now, size, false, x)) return false;
+    islands_.accept();
+    if (!find_apart(system, now, size, x)) return false;
+    const double next = size == left ? end : now + size;
+    keep_course(system, now, size, x);
+    note_step(size);
+    if (refined_.empty()) {
+      islands_.accept();
+    } else {
+      islands_.refine(system, refined_, courses_);
+      const bool taken = take_apart(system, now, next, x);
+      islands_.resume(system);
+      if (!taken) return false;
+    }
+    now = next;
+  }
+  return true;
+}
+
 bool RosenbrockIntegrator::take_island(OdeSystem& system, double t, double h, std::size_t island,
                                        std::span<double> x) {
   const auto segments = islands_.segments(island);
@@ -311,6 +438,13 @@ bool RosenbrockIntegrator::take_island(OdeSystem& system, double t, double h, st
     return true;
   }
   for_each_active(system, [&](std::size_t i) { x[i] = start_[i]; });
+  if (segments.size() >= kFewest) {
+    for (const std::size_t i : segments) {
+      next_paces_[i] = paces_[i], calm_segments_[i] = 0;
+      if (paces_[i].step <= 0.0) next_paces_[i].step = std::min(kFirstStep_s, h);
+    }
+    return take_apart(system, t, t + h, x);
+  }
   read_paces(system, segments);
   if (step_ <= 0.0) step_ = std::min(kFirstStep_s, h);
   if (!take_pieces(system, t, t + h, x)) return false;
@@ -381,7 +515,8 @@ bool RosenbrockIntegrator::take_step(OdeSystem& system, double t, double h, std:
       calm_ = false;
       if (whole) {
         if (!try_whole(system, now, h, size, begun, x)) return false;
-        by_islands = !calm_ && islands_.find(system, trial_.clamped(now), h, x) > 1;
+        by_islands = !calm_ && (islands_.find(system, trial_.clamped(now), h, x) > 1 ||
+                                (islands_.count() == 1 && islands_.segments(0).size() >= kFewest));
       }
       if (by_islands) {
         if (!take_islands(system, now, h, begun, x)) return false;

@@ -17,7 +17,10 @@
 //
 // Where a communication step is not calm, its islands (islands.h) are integrated one after another, each with steps of its
 // own, so that an impact shortens only the steps of what it can reach; islands whose part of the trial by two
-// stages was calm keep that. A step without islands has the steps of the worst model. The size of the next step is
+// stages was calm keep that. In an island of four models and more a trial whose errors are too large for few of them is
+// accepted of the others, which then follow the cubic through it while those few repeat it in steps of their own
+// (Savcenco, Hundsdorfer, Verwer, A multirate time stepping strategy for stiff ordinary differential equations, BIT 47,
+// 2007). A step without islands has the steps of the worst model. The size of the next step is
 // kept by model: that of an island is the least of its models. Each count of the statistics is that of the island that
 // has most, so that it compares with that of a cell that is one island.
 //
@@ -65,10 +68,19 @@ class RosenbrockIntegrator final : public Integrator {
   /// An accepted trial of up to h by four stages.
   bool find_step(OdeSystem& system, double t, double& h, bool begun, bool& mode_ends,
                  std::span<const double> x);
+  bool force_step(OdeSystem& system, double t, double h, Outcome outcome, std::span<const double> x);
   /// Steps by four stages, of models without modes and corners.
   bool take_pieces(OdeSystem& system, double t, double end, std::span<double> x);
   /// The communication step by the islands that were found. `tried`: the trial by two stages is of this step.
   bool take_islands(OdeSystem& system, double t, double h, bool tried, std::span<double> x);
+  /// The attended segments of an island, each with its pace in next_paces_. A trial is accepted of those whose errors permit;
+  /// the others, if they are few, repeat it in smaller steps while the accepted ones follow their courses.
+  bool take_apart(OdeSystem& system, double t, double end, std::span<double> x);
+  /// An accepted trial of up to `h`, perhaps but for the segments refined_.
+  bool find_apart(OdeSystem& system, double t, double& h, std::span<const double> x);
+  bool find_refined(OdeSystem& system, double h, std::span<const double> x);
+  void keep_course(const OdeSystem& system, double t, double h, std::span<double> x);
+  double common_step();
   bool take_island(OdeSystem& system, double t, double h, std::size_t island, std::span<double> x);
   void read_paces(const OdeSystem& system, std::span<const std::size_t> segments);
   void note_calm(const OdeSystem& system, bool follows, std::span<const double> x);
@@ -91,6 +103,9 @@ class RosenbrockIntegrator final : public Integrator {
   std::vector<double> indicators_, new_indicators_;
   std::vector<Pace> paces_, next_paces_;  ///< by segment; at the end of a step by islands
   std::vector<char> calm_segments_;       ///< in the last trial by two stages
+  OdeSystem::Courses courses_;
+  std::vector<std::size_t> refined_;  ///< segments of which the last trial is not accepted
+  std::vector<double> ranked_;
   std::vector<double> start_;             ///< state at the beginning of a step by islands
   double step_ = 0.0, last_error_ = 1.0;  ///< of the models that are integrated at present
   bool rejected_ = false;                 ///< the present step was tried with a larger size

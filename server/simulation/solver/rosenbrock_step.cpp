@@ -40,7 +40,8 @@ RosenbrockStep::RosenbrockStep(const OdeSystem& system, double tolerance, Solver
       of_friction_(of_friction),
       scales_(static_cast<std::size_t>(system.state_count())) {
   system.state_scales(scales_);
-  for (auto* values : {&f0_, &rate_, &work_, &new_x_, &errors_, &remembered_, &u_[0], &u_[1], &u_[2], &u_[3]})
+  for (auto* values :
+       {&f0_, &f1_, &rate_, &work_, &new_x_, &errors_, &remembered_, &u_[0], &u_[1], &u_[2], &u_[3]})
     values->resize(scales_.size());
 }
 
@@ -105,6 +106,8 @@ RosenbrockStep::Outcome RosenbrockStep::four_stages_again(OdeSystem& system, dou
       }
       system.derivatives(clamped(t + kMethod.alpha[stage] * h), work_, u);
       ++statistics_.evaluations;
+      if (stage + 1 == RosenbrockForm::kStages)
+        for_each_active(system, [&](std::size_t i) { f1_[i] = u[i]; });
       for (std::size_t j = 0; j < stage; ++j) {
         const double c = kMethod.c[stage][j] / h;
         for_each_active(system, [&](std::size_t i) { u[i] += c * u_[j][i]; });
@@ -175,6 +178,13 @@ double RosenbrockStep::error_by_change(const OdeSystem& system, std::span<const 
   for_each_active(system,
                   [&](std::size_t i) { u_[2][i] = kOfChange / kOfEuler * (errors_[i] - remembered_[i]); });
   return error_of(system, x, u_[2]);
+}
+
+double RosenbrockStep::bend_of(const OdeSystem& system, std::size_t segment, double h,
+                               std::span<const double> x) {
+  const OdeSystem::Segment& of = system.segments()[segment];
+  for (std::size_t i = of.begin; i < of.begin + of.count; ++i) u_[0][i] = 0.125 * h * (f0_[i] - f1_[i]);
+  return error_of(system, segment, x, u_[0]);
 }
 
 void RosenbrockStep::remember() {

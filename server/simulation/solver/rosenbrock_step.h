@@ -45,6 +45,9 @@ class RosenbrockStep {
   Outcome two_stages_again(OdeSystem& system, double t, double h, std::span<const double> x);
   Outcome euler(OdeSystem& system, double h, std::span<const double> x);
 
+  /// Derivatives at the start of the trials, and at the last stage of the last trial of four stages, which is at its end.
+  const std::vector<double>& start_rates() const { return f0_; }
+  const std::vector<double>& end_rates() const { return f1_; }
   const std::vector<double>& new_x() const { return new_x_; }
   /// Where the last trial of two stages took its second derivatives.
   const std::vector<double>& stage_x() const { return work_; }
@@ -60,6 +63,8 @@ class RosenbrockStep {
   double change_of(const OdeSystem& system, std::size_t segment, std::span<const double> x) const {
     return error_of(system, segment, x, u_[2]);
   }
+  /// How far the cubic through a trial of four stages is from the straight line between its ends, in units of the tolerance.
+  double bend_of(const OdeSystem& system, std::size_t segment, double h, std::span<const double> x);
   std::span<const int> units_of_bodies() const { return linear_.units_of_bodies(); }
   /// Remembers the last trial of two stages.
   void remember();
@@ -77,7 +82,7 @@ class RosenbrockStep {
   SolverStatistics& statistics_;
   Linearisation of_friction_;
   std::vector<double> scales_;
-  std::vector<double> f0_, rate_, work_, new_x_, errors_, remembered_;
+  std::vector<double> f0_, f1_, rate_, work_, new_x_, errors_, remembered_;
   std::vector<double> u_[4];
   double error_ = 0.0;
   double gamma_ = 0.0;  ///< of the last two_stages()

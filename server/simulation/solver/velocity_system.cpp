@@ -158,11 +158,13 @@ void VelocitySystem::clear_row(const Unit& unit, std::size_t i) {
     matrices_[group.matrix + k * group.size + unit.place + i] = 0.0;
 }
 
-// Motion prescribed by time (models without states) changes the forces on other models.
+// Motion prescribed by time (models without states, and those that follow their courses) changes the forces on other models.
 void VelocitySystem::find_rates(OdeSystem& system, double t) {
   has_rates_ = false;
   const auto moved_by_time = [&](int body, const End& end) {
-    if (body < 0 || end.unit >= 0 || unit_of_body_[static_cast<std::size_t>(body)] >= 0) return false;
+    if (body < 0 || end.unit >= 0) return false;
+    const int unit = unit_of_body_[static_cast<std::size_t>(body)];
+    if (unit >= 0 && !system.follows(static_cast<std::size_t>(unit))) return false;
     return !(system.motion().carrier(body).V_WB == Twist{});
   };
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
