@@ -197,16 +197,16 @@ class BricksOnAPlate : public testing::Test {
 };
 
 TEST_F(BricksOnAPlate, MoveWithStepsOfTheirOwnAsByCvodeWithATightTolerance) {
-  constexpr int kSteps = 8;
+  constexpr int kRunSteps = 8;
   // What lies, and what has rebounded in the meantime: five tolerances of its velocity for 0.1 s.
   constexpr double kMostOffLying_m = 1e-6, kMostOffFalling_m = 5e-5;
   SceneRun reference(cell("method: cvode, tolerance: 1.0e-9, step_s: 0.008"));
-  for (int step = 0; step < kSteps; ++step) ASSERT_TRUE(reference.step());
+  for (int step = 0; step < kRunSteps; ++step) ASSERT_TRUE(reference.step());
   EXPECT_GT(reference.sample("Falling").V_WB.w.norm(), 0.5) << "it has not hit the plate";
   for (const char* method : {"rosenbrock", "automatic"}) {
     const std::string solver = std::string("step_s: 0.008, method: ") + method;
     SceneRun parts(cell(solver)), one(as_one_island(cell(solver)));
-    for (int step = 0; step < kSteps; ++step) ASSERT_TRUE(parts.step() && one.step());
+    for (int step = 0; step < kRunSteps; ++step) ASSERT_TRUE(parts.step() && one.step());
     for (const char* name : {"Plate", "Falling", "P0", "P1", "P2", "P3", "P4"}) {
       const Vec3 p = reference.sample(name).p_WB;
       const double most_off_m = std::string(name) == "Falling" ? kMostOffFalling_m : kMostOffLying_m;
