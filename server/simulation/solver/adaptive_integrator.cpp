@@ -6,8 +6,6 @@
 #include <limits>
 #include <memory>
 
-#include "plant_models/mechanics/rigid_body.h"
-
 namespace takt {
 
 namespace {
@@ -40,14 +38,9 @@ AdaptiveProblem::AdaptiveProblem(const OdeSystem& system, double tolerance, Syst
       indicator_count_(system.indicator_count()),
       absolute_tolerances_(static_cast<std::size_t>(system.state_count())),
       f_([this](double t, const double* x, double* xdot) { return derivatives(t, x, xdot); }) {
-  system.state_scales(absolute_tolerances_);
   // BDF at a loose tolerance gains energy in impacts of small Parts unless their rotation weighs more (FastBodies.*).
-  constexpr double kLargestRotation_rad_per_s = 1.0;
-  for (const OdeSystem::Block& block : system.blocks()) {
-    if (block.body < 0 || block.states.end - block.states.begin != RigidBody::kStates) continue;
-    for (std::size_t i = block.states.end - 3; i < block.states.end; ++i)
-      absolute_tolerances_[i] = std::min(absolute_tolerances_[i], kLargestRotation_rad_per_s);
-  }
+  constexpr double kMostRotation_rad_per_s = 1.0;
+  system.state_scales(absolute_tolerances_, kMostRotation_rad_per_s);
   for (double& value : absolute_tolerances_) value *= tolerance;
   if (is_coupled(matrix, system)) {
     coupled_ = std::make_unique<VelocitySystem>(system);

@@ -48,13 +48,10 @@ Islands::Islands(const OdeSystem& system, std::span<const int> unit_of_body)
   with_states_.reserve(awake_.size()), members_.reserve(awake_.size()), begin_.reserve(awake_.size() + 1);
   const std::size_t room = contacts_->room();
   links_.reserve(room), inner_.reserve(room), outer_.reserve(2 * room);
-  // Each level has at most half of the segments of the one before.
-  for (std::size_t l = 0; l < kLevels; ++l) {
-    Level& level = levels_[l];
-    level.segments.reserve((awake_.size() >> l) + 1), level.following.reserve(awake_.size());
-    level.links.reserve((room >> l) + 1), level.pairs.reserve((room >> l) + 1),
-        level.ends.reserve(2 * (room >> l) + 2);
-    level.guards.reserve(2 * (room >> l) + 2);
+  for (Level& level : levels_) {
+    level.segments.reserve(awake_.size()), level.following.reserve(awake_.size());
+    level.links.reserve(room), level.pairs.reserve(room);
+    level.ends.reserve(2 * room), level.guards.reserve(2 * room);
   }
 }
 

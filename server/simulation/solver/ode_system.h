@@ -1,6 +1,7 @@
 #pragma once
 // All plant models of a cell as one system x' = f(t, x). The state vector is the concatenation of the models'
 // segments; its length is fixed from load to reset.
+#include <limits>
 #include <memory>
 #include <span>
 #include <utility>
@@ -146,7 +147,9 @@ class OdeSystem {
   /// The component that holds this one at present, or -1.
   int partner(int body) const { return interaction_.partner(body); }
   /// Typical sizes of all states.
-  void state_scales(std::span<double> scales) const;
+  /// `most_rotation_rad_per_s`: bound of those of the angular velocities of Parts.
+  void state_scales(std::span<double> scales,
+                    double most_rotation_rad_per_s = std::numeric_limits<double>::infinity()) const;
 
   std::uint64_t evaluations() const { return evaluations_; }
   /// Time spent on wrenches, where a clock (seconds) is set.
