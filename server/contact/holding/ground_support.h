@@ -17,8 +17,9 @@ inline constexpr char kApart = 0, kHolds = 1, kHangs = 2;
 
 /// A Ground supports what lies on a slope of at most 60 degrees.
 inline constexpr double kLeastSupport = 0.5;
-/// A Part that overlaps deeper with the side of a Ground is in a hole that convex shapes close.
-inline constexpr double kDeepestSide_m = 0.001;
+/// A Part that overlaps deeper with a Ground is in a hole that convex shapes close, or has fallen into it within a step: the
+/// direction of the overlap does not show where it came from.
+inline constexpr double kDeepest_m = 0.001;
 
 /// Whether a Ground that touches a Part carries it, as far as convex shapes show.
 inline bool supports(const CollisionWorld& world, const InteractionParameters& parameters, int ground,
@@ -34,9 +35,7 @@ inline bool supports(const CollisionWorld& world, const InteractionParameters& p
       if (!its.box.at(X_WP, reach_m).overlaps(box)) continue;
       const ConvexDistance found = convex_distance(mine, X_WG, its, X_WP);
       if (found.distance > reach_m) continue;
-      const double upwards = found.normal_W.dot(up_W);
-      if (upwards > kLeastSupport || (upwards > -kLeastSupport && found.distance < -kDeepestSide_m))
-        return true;
+      if (found.normal_W.dot(up_W) > kLeastSupport || found.distance < -kDeepest_m) return true;
     }
   }
   return false;
