@@ -5,11 +5,13 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <memory>
 #include <set>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "idl/common/lockstep.h"
@@ -22,17 +24,34 @@ namespace {
 using test::LoopReader;
 using test::swing;
 
+/// What a controller sends ahead, received in the loop's thread: the whole of a batch is there before the loop goes on.
+class BatchesAhead final : public InputReceiver {
+ public:
+  /// Sends the next batch if the loop waits for it.
+  explicit BatchesAhead(std::function<bool()> send) : send_(std::move(send)) {}
+  void begin() { begun_ = true; }
+  bool receive_until_ns(std::int64_t, const std::function<bool()>& ready) override {
+    return begun_ && send_() && ready();
+  }
+  void interrupt() override {}
+
+ private:
+  const std::function<bool()> send_;
+  std::atomic<bool> begun_{false};
+};
+
 class RunLoopTest : public testing::Test {
  protected:
   static void SetUpTestSuite() { model_ = test::service_model(); }
   static void TearDownTestSuite() { model_.reset(); }
 
-  void start(RunLoopOptions options) {
+  void start(RunLoopOptions options, InputReceiver* receiver = nullptr) {
     options.on_instant = [this](const Simulation& simulation) {
       hashes_[simulation.epoch()].push_back(simulation.state_hash());
     };
     loop_ = std::make_unique<RunLoop>(simulation_, options);
     reader_ = std::make_unique<LoopReader>(*loop_);
+    loop_->receive_with(receiver);
     loop_->start();
   }
   void expect_ok(const ControlReply& reply) { EXPECT_EQ(reply.result, ControlResult::ok) << reply.message; }
@@ -268,31 +287,37 @@ TEST_F(RunLoopTest, CommandsAheadGiveTheBitsOfDirectStepsAndInstantsOnlyWhereThe
     const auto boundaries = static_cast<std::uint64_t>(std::ceil(0.001 * kSteps / period_s - 1e-6));
     hashes_.clear();
     simulation_.reset();
-    start({.pace = Pace::lockstep, .state = SimulationState::paused, .pause_at_s = 0.4});
+    std::uint64_t sent = 0;
+    int waits = 0;
+    const auto time_s = [&](std::uint64_t boundary) {
+      return static_cast<double>(period_boundary_step(boundary, period_s, 0.001)) * 0.001;
+    };
+    BatchesAhead batches([&] {
+      if (sent == boundaries || loop_->present() < SimTime::from_seconds(time_s(sent))) return false;
+      for (const std::uint64_t last = std::min(sent + kMostLookahead, boundaries); sent < last; ++sent) {
+        for (int robot = 0; robot < 2; ++robot)
+          EXPECT_FALSE(loop_->append(swing(robot, time_s(sent)), 1, monotonic_now_ns()));
+        const GripperCommand close{0, SimTime::from_seconds(time_s(sent)), GripperAction::close, 0.0, 0.0};
+        EXPECT_FALSE(loop_->append(close, 1, monotonic_now_ns()));
+      }
+      ++waits;
+      return true;
+    });
+    start({.pace = Pace::lockstep, .state = SimulationState::paused, .pause_at_s = 0.4}, &batches);
     CountingWriter writer(loop_->output());
     expect_ok(reader_->request(
         "register_controller",
         {{"name", "plc"}, {"period", std::to_string(period_s)}, {"targets", "Robot1,Robot2,Gripper1"}}));
-    expect_ok(reader_->request("set_state", {{"state", "1"}}));
     writer.count = 0;
     const std::int64_t began_ns = monotonic_now_ns();
-    int waits = 0;
-    for (std::uint64_t first = 0; first < boundaries; first += kMostLookahead, ++waits) {
-      const std::uint64_t at = period_boundary_step(first, period_s, 0.001);
-      ASSERT_TRUE(reader_->wait_until([&] { return reader_->snapshot && reader_->snapshot->step == at; }));
-      const std::uint64_t last = std::min(first + kMostLookahead, boundaries);
-      for (std::uint64_t boundary = first; boundary < last; ++boundary) {
-        const double time_s = static_cast<double>(period_boundary_step(boundary, period_s, 0.001)) * 0.001;
-        for (int robot = 0; robot < 2; ++robot)
-          EXPECT_FALSE(loop_->append(swing(robot, time_s), 1, monotonic_now_ns()));
-        const GripperCommand close{0, SimTime::from_seconds(time_s), GripperAction::close, 0.0, 0.0};
-        EXPECT_FALSE(loop_->append(close, 1, monotonic_now_ns()));
-      }
-    }
+    batches.begin();
+    expect_ok(reader_->request("set_state", {{"state", "1"}}));
     ASSERT_TRUE(reader_->wait_for_event("end_of_scenario"));
     loop_->stop();
+    loop_->receive_with(nullptr);
     EXPECT_EQ(hashes_.rbegin()->second, direct_hashes(kSteps, period_s, 2, true));
     EXPECT_EQ(reader_->count("command_rejected"), 0U);
+    EXPECT_EQ(waits, static_cast<int>((boundaries + kMostLookahead - 1) / kMostLookahead));
     const auto for_observers =
         static_cast<int>((monotonic_now_ns() - began_ns) / InstantSchedule::kObservers_ns) +
         static_cast<int>(0.001 * kSteps / InstantSchedule::kObservers_s) + 1;
