@@ -100,7 +100,8 @@ std::string local_address(const std::string& uri) {
   return "model://" + name + (inside == rest.npos ? "" : "/" + rest.substr(inside + files.size()));
 }
 
-/// Relative paths (PATH, file://PATH) are searched in the folders of models, too: as names of packages. Empty: it is none.
+/// The model:// address of a relative path (PATH, file://PATH), which the folders of models are searched for, too. Empty: the
+/// path is absolute, or the address has another scheme.
 std::string name_of_model(const std::string& address) {
   constexpr std::string_view scheme = "file://";
   const std::string path = address.starts_with(scheme) ? address.substr(scheme.size()) : address;

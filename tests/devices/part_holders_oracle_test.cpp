@@ -180,6 +180,19 @@ TEST(VacuumGripper, ASavedStateAndAResetGoOnWithTheSameBits) {
   EXPECT_EQ(rest(cell), hash);
 }
 
+/// A cup takes the block, `holder` has it, and the cup lets it go; a second cell goes on from there. `from_m`: its height before.
+void let_go(DeviceCell& cell, DeviceCell& restored, const std::string& holder, double& from_m) {
+  cell.set("Cup", "vacuum", 1.0);
+  cell.run(0.05);
+  ASSERT_EQ(cell.partner("Block"), holder);
+  from_m = cell.component("Block").p_WB.z();
+  cell.set("Cup", "vacuum", 0.0);
+  while (cell.read("Cup", "part_present") > 0.0) ASSERT_TRUE(cell.step());
+  std::vector<std::byte> bytes;
+  ASSERT_EQ(cell.simulation().save_state(bytes), "");
+  ASSERT_EQ(restored.simulation().restore_state(bytes), "");
+}
+
 TEST(VacuumGripper, APartFallsFromTheGroundThatLetsItGo) {
   const std::string meshes = std::string(TAKT_CONFIG_DIR) + "/meshes/";
   const test::TemporaryDirectory directory;
@@ -196,15 +209,9 @@ TEST(VacuumGripper, APartFallsFromTheGroundThatLetsItGo) {
     options.level_of_detail = level;
     const auto model = load_cell(directory.path() / "cell.yaml", options);
     DeviceCell cell(model), restored(model);
-    cell.set("Cup", "vacuum", 1.0);
-    cell.run(0.05);
-    ASSERT_EQ(cell.partner("Block"), "Above") << level;
-    const double from_m = cell.component("Block").p_WB.z();
-    cell.set("Cup", "vacuum", 0.0);
-    while (cell.read("Cup", "part_present") > 0.0) ASSERT_TRUE(cell.step());
-    std::vector<std::byte> bytes;
-    ASSERT_EQ(cell.simulation().save_state(bytes), "");
-    ASSERT_EQ(restored.simulation().restore_state(bytes), "");
+    SCOPED_TRACE(level);
+    double from_m = 0.0;
+    ASSERT_NO_FATAL_FAILURE(let_go(cell, restored, "Above", from_m));
     cell.run(0.2), restored.run(0.2);
     EXPECT_EQ(cell.simulation().state_hash(), restored.simulation().state_hash()) << level;
     const double fallen_m = 0.5 * DeviceCell::kGravity * 0.2 * 0.2;
@@ -262,15 +269,8 @@ class Corner : public testing::TestWithParam<int> {
   /// A cup takes the block and lets it go: it falls freely, and lies on the foot.
   static void falls(const std::shared_ptr<const CellModel>& model, const std::string& holder) {
     DeviceCell cell(model), restored(model);
-    cell.set("Cup", "vacuum", 1.0);
-    cell.run(0.05);
-    ASSERT_EQ(cell.partner("Block"), holder);
-    const double from_m = cell.component("Block").p_WB.z();
-    cell.set("Cup", "vacuum", 0.0);
-    while (cell.read("Cup", "part_present") > 0.0) ASSERT_TRUE(cell.step());
-    std::vector<std::byte> bytes;
-    ASSERT_EQ(cell.simulation().save_state(bytes), "");
-    ASSERT_EQ(restored.simulation().restore_state(bytes), "");
+    double from_m = 0.0;
+    ASSERT_NO_FATAL_FAILURE(let_go(cell, restored, holder, from_m));
     constexpr double kFlight_s = 0.1;
     cell.run(kFlight_s), restored.run(kFlight_s);
     EXPECT_EQ(cell.partner("Block"), "");

@@ -14,6 +14,14 @@ using takt::gateway::SocketError;
 constexpr std::chrono::seconds kGenerous{60};
 constexpr const char* kHere = "127.0.0.1";
 
+/// Both ends of one connection; the loop keeps references to them.
+void connect(EventLoop& loop, std::shared_ptr<Connection>& server, std::shared_ptr<Connection>& client) {
+  const auto port = loop.listen(kHere, 0, [&server](auto connection) { server = std::move(connection); });
+  loop.connect(kHere, port, 1, std::chrono::seconds(0),
+               [&client](auto connection) { client = std::move(connection); });
+  ASSERT_TRUE(loop.run_until([&] { return client && server; }, Clock::now() + kGenerous));
+}
+
 TEST(EventLoop, BytesArriveInOrderAndAClosedPeerIsReported) {
   EventLoop loop;
   std::shared_ptr<Connection> server;
@@ -42,10 +50,7 @@ TEST(EventLoop, BytesArriveInOrderAndAClosedPeerIsReported) {
 TEST(EventLoop, PollRunsWhatIsDueAndDoesNotWait) {
   EventLoop loop;
   std::shared_ptr<Connection> server, client;
-  const auto port = loop.listen(kHere, 0, [&](auto connection) { server = std::move(connection); });
-  loop.connect(kHere, port, 1, std::chrono::seconds(0),
-               [&](auto connection) { client = std::move(connection); });
-  ASSERT_TRUE(loop.run_until([&] { return client && server; }, Clock::now() + kGenerous));
+  ASSERT_NO_FATAL_FAILURE(connect(loop, server, client));
   int posted = 0;
   loop.post([&] { ++posted; });
   loop.post([&] { ++posted; });
@@ -60,10 +65,7 @@ TEST(EventLoop, PollRunsWhatIsDueAndDoesNotWait) {
 TEST(EventLoop, APeerThatDoesNotReadIsClosed) {
   EventLoop loop;
   std::shared_ptr<Connection> server, client;
-  const auto port = loop.listen(kHere, 0, [&](auto connection) { server = std::move(connection); });
-  loop.connect(kHere, port, 1, std::chrono::seconds(0),
-               [&](auto connection) { client = std::move(connection); });
-  ASSERT_TRUE(loop.run_until([&] { return client && server; }, Clock::now() + kGenerous));
+  ASSERT_NO_FATAL_FAILURE(connect(loop, server, client));
   const std::string block(1U << 20U, 'x');
   std::size_t sent = 0;
   while (client->is_open() && sent < 64 * block.size()) {

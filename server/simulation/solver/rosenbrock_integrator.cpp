@@ -40,6 +40,12 @@ constexpr double kApartError = 0.5;
 // And the cubic through the trial is at most so many tolerances from the straight line between its ends.
 constexpr double kMostBent = 10.0;
 
+/// How many of so many models may need a smaller step than the common one.
+std::ptrdiff_t most_smaller(std::size_t models, bool can_refine) {
+  if (models < kFewest || !can_refine) return 0;
+  return static_cast<std::ptrdiff_t>(kShareOfSmaller * static_cast<double>(models));
+}
+
 // Times closer than this are one time (s, relative above 1 s).
 double one_time(double t) {
   return 2e-14 * std::max(1.0, std::abs(t));
@@ -316,11 +322,7 @@ double RosenbrockIntegrator::common_step() {
   const auto segments = islands_.attended();
   ranked_.clear();
   for (const std::size_t i : segments) ranked_.push_back(next_paces_[i].step);
-  const std::size_t smaller =
-      segments.size() < kFewest || !islands_.can_refine()
-          ? 0
-          : static_cast<std::size_t>(kShareOfSmaller * static_cast<double>(segments.size()));
-  const auto place = ranked_.begin() + static_cast<std::ptrdiff_t>(smaller);
+  const auto place = ranked_.begin() + most_smaller(segments.size(), islands_.can_refine());
   std::nth_element(ranked_.begin(), place, ranked_.end());
   return *place;
 }
@@ -337,13 +339,13 @@ bool RosenbrockIntegrator::find_refined(OdeSystem& system, double h, std::span<c
   if (segments.size() < kFewest || !islands_.can_refine() || h <= kSmallestStep_s) return false;
   if (2 * refined_.size() > segments.size()) return false;
   std::size_t straight = 0;
-  for (const std::size_t i : segments)
-    if (trial_.error_of(system, i, x) <= kApartError) {
-      if (trial_.bend_of(system, i, h, x) <= kMostBent)
-        ++straight;
-      else
-        refined_.push_back(i);
-    }
+  for (std::size_t k = 0; k < segments.size(); ++k) {
+    if (!(ranked_[k] <= kApartError)) continue;
+    if (trial_.bend_of(system, segments[k], h, x) <= kMostBent)
+      ++straight;
+    else
+      refined_.push_back(segments[k]);
+  }
   if (2 * straight < segments.size()) return false;
   islands_.add_connected(system, refined_);
   return 2 * refined_.size() <= segments.size();
@@ -364,12 +366,9 @@ bool RosenbrockIntegrator::find_apart(OdeSystem& system, double t, double& h, st
     islands_.reject();
     double factor = kAfterNotFinite;
     if (outcome == Outcome::too_large) {
-      const bool few = ranked_.size() < kFewest || !islands_.can_refine();
-      const auto larger =
-          static_cast<std::ptrdiff_t>(few ? 0.0 : kShareOfSmaller * static_cast<double>(ranked_.size()));
-      std::nth_element(ranked_.begin(), ranked_.begin() + larger, ranked_.end(), std::greater<>());
-      factor = std::clamp(kSafety * std::pow(ranked_[static_cast<std::size_t>(larger)], -1.0 / 3.0),
-                          kLeastFactor, 0.9);
+      const auto place = ranked_.begin() + most_smaller(ranked_.size(), islands_.can_refine());
+      std::nth_element(ranked_.begin(), place, ranked_.end(), std::greater<>());
+      factor = std::clamp(kSafety * std::pow(*place, -1.0 / 3.0), kLeastFactor, 0.9);
     }
     h = std::max(factor * h, kSmallestStep_s);
   }
