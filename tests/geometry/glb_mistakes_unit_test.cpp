@@ -6,6 +6,9 @@
 #include <array>
 #include <cstdint>
 #include <cstring>
+#include <initializer_list>
+#include <iterator>
+#include <vector>
 
 #include "server/geometry/mesh/diagnostic.h"
 #include "server/geometry/mesh/import.h"
@@ -112,7 +115,10 @@ TEST_F(GlbFile, MistakesAreReportedWithTheirPlace) {
       {R"("count":4)", R"("count":4,"sparse":{})", "accessors[0]: sparse accessors are not supported"},
       {R"("count":4)", R"("count":0)", "accessors[0]: its count is 0"},
       {R"("count":4)", R"("count":5)", "accessors[0]: 5 items of 12 bytes"},
-      {R"("type":"VEC3")", R"("type":"VEC2")", "accessors[0]: positions are VEC3 of 5126"},
+      {R"("type":"VEC3")", R"("type":"VEC2")",
+       "accessors[0]: found type \"VEC2\" of componentType 5126; allowed: positions as VEC3 of 5126 (float)"},
+      {R"("componentType":5126)", R"("componentType":5125)", "found type \"VEC3\" of componentType 5125"},
+      {R"("componentType":5123)", R"("componentType":5122)", "found type \"SCALAR\" of componentType 5122"},
       {R"("byteLength":48)", R"("byteLength":48,"byteStride":8)", "accessors[0]: 4 items of 12 bytes"},
       {R"("byteLength":48)", R"("byteLength":48,"byteStride":300)", "byteStride must be at most 252"},
       {R"("byteLength":48)", R"("byteLength":4800)", "bufferViews[0]: 4800 bytes from byte 0"},
@@ -141,6 +147,68 @@ TEST_F(GlbFile, OptionalVariantsAreRead) {
   EXPECT_EQ(answer(whole(chunk("JSON", kTetrahedronJson, ' ') + binary() +
                          chunk(std::string("BIN\0", 4), "other data", '\0') + chunk("MORE", "abcd", ' '))),
             "4");
+}
+
+/// The positions of the tetrahedron, as the file has them.
+class GlbPositions : public GlbFile {
+ protected:
+  /// `items`: four positions and what lies between them.
+  std::vector<Vec3> read(const std::string& view, const std::string& accessor, const std::string& items) {
+    const std::array<std::uint8_t, 12> triangles{0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3};
+    std::string data(triangles.begin(), triangles.end());
+    data += items;
+    const std::string json =
+        R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],)"
+        R"("meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],"buffers":[{"byteLength":)" +
+        std::to_string(data.size()) + R"(}],"bufferViews":[{"buffer":0,"byteLength":12},)" +
+        R"({"buffer":0,"byteOffset":12,"byteLength":)" + std::to_string(items.size()) + view +
+        R"(}],"accessors":[{"bufferView":1,"count":4,"type":"VEC3",)" + accessor +
+        R"(},{"bufferView":0,"componentType":5121,"count":12,"type":"SCALAR"}]})";
+    EXPECT_EQ(answer(whole(chunk("JSON", json, ' ') + chunk(std::string("BIN\0", 4), data, '\0'))), "4");
+    return import_mesh_objects(directory_ / "a.glb").at(0).mesh.vertices;
+  }
+  template <class Number>
+  static std::string raw(std::initializer_list<Number> numbers) {
+    std::string bytes(numbers.size() * sizeof(Number), '\0');
+    std::memcpy(bytes.data(), std::data(numbers), bytes.size());
+    return bytes;
+  }
+};
+
+// As the sample BoxInterleaved of Khronos: glTF 2.0, 3.6.2.4, lets the last item end before the stride does.
+TEST_F(GlbPositions, MayLieBetweenOtherAttributes) {
+  const std::string with_normals =
+      raw<float>({9, 9, 9, 0, 0, 0, 9, 9, 9, 1, 0, 0, 9, 9, 9, 0, 1, 0, 9, 9, 9, 0, 0, 1});
+  const std::vector<Vec3> corners{Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY(), Vec3::UnitZ()};
+  EXPECT_THAT(read(R"(,"byteStride":24)", R"("componentType":5126,"byteOffset":12)", with_normals),
+              testing::UnorderedElementsAreArray(corners));
+  EXPECT_THAT(read(R"(,"byteStride":24)", R"("componentType":5126)", with_normals.substr(12)),
+              testing::UnorderedElementsAreArray(corners));
+}
+
+TEST_F(GlbPositions, MayBeQuantised) {
+  using testing::UnorderedElementsAre;
+  const auto tetrahedron = [](double from, double to) {
+    return UnorderedElementsAre(Vec3(from, from, from), Vec3(to, from, from), Vec3(from, to, from),
+                                Vec3(from, from, to));
+  };
+  const auto corners = [](auto a, auto b) {
+    return raw<decltype(a)>({a, a, a, 0, b, a, a, 0, a, b, a, 0, a, a, b, 0});
+  };
+  const std::string bytes = R"(,"byteStride":4)", shorts = R"(,"byteStride":8)",
+                    normalised = R"(,"normalized":true)";
+  EXPECT_THAT(read(shorts, R"("componentType":5122)" + normalised,
+                   corners(std::int16_t{-32768}, std::int16_t{32767})),
+              tetrahedron(-1.0, 1.0));
+  EXPECT_THAT(read(shorts, R"("componentType":5122)", corners(std::int16_t{-300}, std::int16_t{20})),
+              tetrahedron(-300.0, 20.0));
+  EXPECT_THAT(
+      read(shorts, R"("componentType":5123)" + normalised, corners(std::uint16_t{0}, std::uint16_t{65535})),
+      tetrahedron(0.0, 1.0));
+  EXPECT_THAT(read(bytes, R"("componentType":5120)" + normalised, corners(std::int8_t{-127}, std::int8_t{0})),
+              tetrahedron(-1.0, 0.0));
+  EXPECT_THAT(read(bytes, R"("componentType":5121)", corners(std::uint8_t{3}, std::uint8_t{255})),
+              tetrahedron(3.0, 255.0));
 }
 
 TEST(MeshDiagnostics, EachDiagnosticHasItsOwnWordsAndARemedy) {

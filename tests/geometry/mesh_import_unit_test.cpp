@@ -259,6 +259,18 @@ TEST_F(MeshImport, ColladaScenesAreReadInMetres) {
             2u);
 }
 
+// COLLADA 1.4, "convex_mesh": the same contents as <mesh>, as PhysX and the collision meshes of PR2 have them.
+TEST_F(MeshImport, ConvexMeshesOfColladaAreMeshes) {
+  std::string text = dae("<node><instance_geometry url='#g'/></node>");
+  for (const char* tag : {"<mesh>", "</mesh>"}) {
+    const std::size_t at = text.find(tag) + std::string(tag).find("mesh");
+    text.insert(at, "convex_");
+  }
+  EXPECT_NEAR(volume_properties(import_solid(write("a.dae", text))).volume, 1.0 / 6.0, 1e-15);
+  text.insert(text.find("<convex_mesh") + std::string("<convex_mesh").size(), " convex_hull_of='#h'");
+  EXPECT_THAT(refusal_of("b.dae", text), HasSubstr("line 2: <convex_mesh>: convex_hull_of is not supported"));
+}
+
 TEST_F(MeshImport, FaultsOfColladaAreNamedWithTheirLine) {
   const std::string node = "<node><instance_geometry url='#g'/></node>";
   EXPECT_THAT(refusal_of("a.dae", "<COLLADA"), HasSubstr("not well-formed XML"));

@@ -166,7 +166,10 @@ class DaeReader {
 
   void add_geometry(const XMLElement& geometry, const Affine& X) {
     const XMLElement* mesh = geometry.FirstChildElement("mesh");
+    if (mesh == nullptr) mesh = geometry.FirstChildElement("convex_mesh");
     if (mesh == nullptr) return;  // splines bound nothing
+    if (mesh->Attribute("convex_hull_of") != nullptr)
+      fail(*mesh, "convex_hull_of is not supported; export the triangles of the hull");
     std::string name(text(geometry.Attribute("name")));
     if (name.empty()) name = text(geometry.Attribute("id"));
     builder_.begin_object(name);

@@ -7,7 +7,6 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <set>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -22,7 +21,8 @@ using Json = nlohmann::json;
 constexpr std::uint32_t kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942;
 constexpr std::size_t kGlbHeader = 12, kChunkHeader = 8;
 constexpr std::uint64_t kMaxNumber = 0xFFFFFFFF;
-constexpr std::uint64_t kByte = 5121, kShort = 5123, kInt = 5125, kFloat = 5126;
+constexpr std::uint64_t kSignedByte = 5120, kByte = 5121, kSignedShort = 5122, kShort = 5123, kInt = 5125,
+                        kFloat = 5126;
 constexpr std::uint64_t kTriangles = 4, kFan = 6;  // 5: strip
 
 /// Little-endian.
@@ -351,13 +351,11 @@ class MeshSelection {
     if (mode > kFan) throw MeshFault(place + ": the mode " + std::to_string(mode) + " is unknown");
     const Json* attributes = member(source, "attributes");
     if (attributes == nullptr) throw MeshFault(place + " has no attributes");
-    const Accessor positions =
-        read_accessor(number(*attributes, "POSITION", place), {kFloat}, "VEC3", 3, place);
+    const Accessor positions = read_accessor(number(*attributes, "POSITION", place), Use::positions, place);
     std::uint64_t corners = positions.count;
     Json kept{{"attributes", {{"POSITION", positions.kept}}}, {"mode", mode}};
     if (source.contains("indices")) {
-      const Accessor indices =
-          read_accessor(number(source, "indices", place), {kByte, kShort, kInt}, "SCALAR", 1, place);
+      const Accessor indices = read_accessor(number(source, "indices", place), Use::indices, place);
       corners = indices.count;
       check_indices(indices, positions.count, place);
       kept["indices"] = indices.kept;
@@ -369,21 +367,29 @@ class MeshSelection {
     return kept;
   }
 
-  Accessor read_accessor(std::uint64_t index, const std::set<std::uint64_t>& types, const char* shape,
-                         std::uint64_t components, const std::string& from) {
+  enum class Use : std::uint8_t { positions, indices };
+
+  Accessor read_accessor(std::uint64_t index, Use use, const std::string& from) {
     const Json& accessor = file_.item("accessors", index, from);
     const std::string place = named("accessors", index);
     const std::uint64_t type = number(accessor, "componentType", place);
     const Json* given = member(accessor, "type");
-    if (!types.contains(type) || given == nullptr || *given != shape)
-      throw MeshFault(place + ": positions are VEC3 of 5126 (float), indices SCALAR of 5121, 5123 or 5125");
+    const bool of_positions = use == Use::positions;
+    const bool known_type =
+        type == kByte || type == kShort ||
+        (of_positions ? type == kFloat || type == kSignedByte || type == kSignedShort : type == kInt);
+    if (!known_type || given == nullptr || *given != (of_positions ? "VEC3" : "SCALAR"))
+      throw MeshFault(place + ": found type " + (given == nullptr ? "(missing)" : given->dump()) +
+                      " of componentType " + std::to_string(type) +
+                      "; allowed: positions as VEC3 of 5126 (float), 5120 to 5123 (KHR_mesh_quantization), "
+                      "indices as SCALAR of 5121, 5123 or 5125");
     if (accessor.contains("sparse")) throw MeshFault(place + ": sparse accessors are not supported");
     if (!accessor.contains("bufferView"))
       throw MeshFault(place + " has no bufferView; compressed meshes are not supported");
     const std::uint64_t view = number(accessor, "bufferView", place);
     const std::uint64_t offset = number_or(accessor, "byteOffset", place, 0);
     const std::uint64_t items = number(accessor, "count", place);
-    const std::uint64_t size = components * (type == kByte ? 1 : type == kShort ? 2 : 4);
+    const std::uint64_t size = (of_positions ? 3 : 1) * bytes_of(type);
     const View bytes = read_view(view, place);
     const std::uint64_t stride = bytes.stride == 0 ? size : bytes.stride;
     if (items == 0) throw MeshFault(place + ": its count is 0");
@@ -395,23 +401,56 @@ class MeshSelection {
     Accessor result{0, items, size, stride, bytes.offset + offset};
     const auto [known, is_new] = accessor_of_.try_emplace(index, accessors_.size());
     result.kept = known->second;
-    if (is_new) keep(result, type, shape, bytes.stride > 0);
+    if (!is_new) return result;
+    const Json* normalized = member(accessor, "normalized");
+    keep(result, type, of_positions, normalized != nullptr && *normalized == true);
     return result;
   }
 
-  /// The bytes of one accessor become a view of their own.
-  void keep(const Accessor& accessor, std::uint64_t type, const char* shape, bool has_stride) {
-    const std::size_t length = accessor.stride * (accessor.count - 1) + accessor.size;
-    Json view{{"buffer", 0}, {"byteOffset", data_.size()}, {"byteLength", length}};
-    if (has_stride) view["byteStride"] = accessor.stride;
+  static std::uint64_t bytes_of(std::uint64_t type) {
+    return type == kByte || type == kSignedByte ? 1 : type == kShort || type == kSignedShort ? 2 : 4;
+  }
+
+  /// The items of one accessor become a view of their own, without gaps, as assimp 5.2.5 wants the last one to be as long as
+  /// the stride; positions as floats.
+  void keep(const Accessor& accessor, std::uint64_t type, bool positions, bool normalized) {
+    const std::size_t begin = data_.size();
+    const char* item = file_.binary().data() + accessor.offset;
+    for (std::uint64_t i = 0; i < accessor.count; ++i, item += accessor.stride) {
+      if (!positions || type == kFloat)
+        data_.append(item, accessor.size);
+      else
+        for (std::size_t k = 0; k < 3; ++k) put_float(component(item + k * bytes_of(type), type, normalized));
+    }
     accessors_.push_back({{"bufferView", views_.size()},
                           {"byteOffset", 0},
-                          {"componentType", type},
+                          {"componentType", positions ? kFloat : type},
                           {"count", accessor.count},
-                          {"type", shape}});
-    views_.push_back(std::move(view));
-    data_ += file_.binary().substr(accessor.offset, length);
+                          {"type", positions ? "VEC3" : "SCALAR"}});
+    views_.push_back({{"buffer", 0}, {"byteOffset", begin}, {"byteLength", data_.size() - begin}});
     data_.resize((data_.size() + 3) / 4 * 4, '\0');
+  }
+
+  /// KHR_mesh_quantization; glTF 2.0, 3.11: the values of normalised integers.
+  static float component(const char* at, std::uint64_t type, bool normalized) {
+    const auto read = [at](auto value) {
+      std::memcpy(&value, at, sizeof(value));
+      return static_cast<float>(value);
+    };
+    const bool is_signed = type == kSignedByte || type == kSignedShort;
+    const float value = type == kByte         ? read(std::uint8_t{})
+                        : type == kSignedByte ? read(std::int8_t{})
+                        : type == kShort      ? read(std::uint16_t{})
+                                              : read(std::int16_t{});
+    if (!normalized) return value;
+    const float most = static_cast<float>((1U << (8 * bytes_of(type) - (is_signed ? 1U : 0U))) - 1U);
+    return std::max(value / most, -1.0F);
+  }
+
+  void put_float(float value) {
+    char raw[sizeof(value)];
+    std::memcpy(raw, &value, sizeof(value));
+    data_.append(raw, sizeof(raw));
   }
 
   struct View {
