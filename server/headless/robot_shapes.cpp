@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "plant_models/robot/arm_kinematics.h"
+#include "server/scenario/urdf_arm.h"
 #include "server/scenario/urdf_meshes.h"
 
 namespace takt {
@@ -40,9 +41,9 @@ std::vector<Surface> surfaces(const UrdfRobot& robot, const UrdfLink& link, cons
 }
 
 /// Names of the links that the flange link carries.
-std::set<std::string> carried_by(const UrdfRobot& robot, const std::string& flange) {
+std::set<std::string> carried_by(const UrdfRobot& robot, std::size_t flange) {
   std::set<std::string> names;
-  std::vector<std::size_t> walk{robot.find_link(flange)};
+  std::vector<std::size_t> walk{flange};
   for (std::size_t i = 0; i < walk.size(); ++i)
     for (const std::size_t joint : robot.links[walk[i]].below) {
       walk.push_back(robot.joints[joint].child);
@@ -67,7 +68,8 @@ RobotShapes::RobotShapes(const Scenario& scenario, const CellDescription& cell,
         return gripper.robot == description.name && gripper.fingers;
       });
       const std::set<std::string> left_out =
-          has_fingers ? carried_by(urdf, source->flange_link) : std::set<std::string>{};
+          has_fingers ? carried_by(urdf, urdf_ends(urdf, source->base_link, source->flange_link).flange)
+                      : std::set<std::string>{};
       for (const RobotLink& link : description.links) {
         if (left_out.contains(link.name)) continue;
         for (Surface& surface : surfaces(urdf, urdf.links[urdf.find_link(link.name)], link.X_JL)) {

@@ -81,8 +81,7 @@ struct ScenarioGround {
 struct ScenarioRobot {
   std::string name;
   std::filesystem::path urdf;
-  std::string base_link = "base_link";
-  std::string flange_link = "tool0";
+  std::string base_link, flange_link;  ///< empty: urdf_ends()
   Pose X_WR;
   std::vector<double> initial_joints_rad;  ///< m for prismatic joints
   double command_period_s = 0.008;

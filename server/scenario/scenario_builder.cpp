@@ -121,12 +121,11 @@ void add_robot(const Scenario& scenario, const ScenarioRobot& robot, const UrdfA
   for (const std::string& remark : urdf.remarks)
     cell.import_notes.push_back({robot.name, robot.name + ": " + remark + ".", {}});
   if (urdf.standing_joints.empty()) return;
-  cell.import_notes.push_back(
-      {robot.name,
-       robot.name + ": " + urdf.robot.place(0) + "the chain from '" + robot.base_link + "' to '" +
-           robot.flange_link + "' moves; the other joints stand still: " + join(urdf.standing_joints, ", ") +
-           ".",
-       {}});
+  cell.import_notes.push_back({robot.name,
+                               robot.name + ": " + urdf.robot.place(0) + "the chain from '" + urdf.base_link +
+                                   "' to '" + urdf.flange_link + "' moves; the other joints stand still: " +
+                                   join(urdf.standing_joints, ", ") + ".",
+                               {}});
 }
 
 void add_gripper(const Scenario& scenario, const ScenarioGripper& gripper, Import& import, CellModel& cell) {

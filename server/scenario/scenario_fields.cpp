@@ -175,8 +175,11 @@ void describe_deadline(Fields& f, ScenarioRobot& s) {
 
 void describe(Fields& f, ScenarioRobot& s) {
   f.field("urdf", s.urdf, f.file(), "URDF file of the arm.", kRequired);
-  f.field("base_link", s.base_link, Text{}, "Link of the URDF that stands at `pose`.");
-  f.field("flange_link", s.flange_link, Text{}, "Link of the URDF that carries grippers.");
+  f.field("base_link", s.base_link, Text{},
+          "Link of the URDF that stands at `pose`. Without it `base_link`, or else the root.");
+  f.field(
+      "flange_link", s.flange_link, Text{},
+      "Link of the URDF that carries grippers. Without it `tool0`, or else the end of the moving joints.");
   f.pose("pose", s.X_WR, "Pose of the base in the world.");
   f.angles("initial_joints", s.initial_joints_rad, 0,
            "Joint positions at the start; m for prismatic joints.");

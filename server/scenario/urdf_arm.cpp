@@ -1,6 +1,7 @@
 #include "server/scenario/urdf_arm.h"
 
 #include <algorithm>
+#include <iterator>
 #include <numbers>
 #include <string_view>
 
@@ -10,15 +11,74 @@ namespace takt {
 
 namespace {
 
+bool has_link(const UrdfRobot& robot, std::string_view name) {
+  return std::any_of(robot.links.begin(), robot.links.end(),
+                     [&](const UrdfLink& link) { return link.name == name; });
+}
+
+/// The link that a key of the scenario's robot names.
+std::size_t link_of(const UrdfRobot& robot, const std::string& key, const std::string& name) {
+  if (!has_link(robot, name))
+    robot.fail(0, "the robot's key " + key + ": found '" + name +
+                      "', which is no link of this file; allowed: " + list_names(robot.links));
+  return robot.find_link(name);
+}
+
+/// Whether a joint, or one below it, moves; by joint.
+std::vector<bool> leads_to_motion(const UrdfRobot& robot) {
+  std::vector<bool> leads(robot.joints.size(), false);
+  for (std::size_t i = 0; i < robot.joints.size(); ++i) {
+    if (robot.joints[i].type == UrdfJointType::fixed) continue;
+    for (std::size_t joint = i; !leads[joint];) {
+      leads[joint] = true;
+      const std::optional<std::size_t>& above = robot.links[robot.joints[joint].parent].above;
+      if (!above) break;
+      joint = *above;
+    }
+  }
+  return leads;
+}
+
+std::size_t end_of_motion(const UrdfRobot& robot, std::size_t base) {
+  const std::vector<bool> leads = leads_to_motion(robot);
+  std::size_t link = base;
+  for (bool moved = false;;) {
+    const std::vector<std::size_t>& below = robot.links[link].below;
+    std::vector<std::size_t> next;
+    std::copy_if(below.begin(), below.end(), std::back_inserter(next),
+                 [&](std::size_t i) { return leads[i]; });
+    if (next.size() > 1 && !moved)
+      robot.fail(robot.links[link].line,
+                 "link '" + robot.links[link].name + "' carries several chains of moving joints: " +
+                     join(next, ", ", [&](std::size_t i) { return robot.joints[i].name; }) +
+                     "; the robot's keys base_link and flange_link name the ends of one. Links: " +
+                     list_names(robot.links));
+    if (next.empty() && below.size() == 1) next = below;
+    if (next.size() != 1) return link;
+    moved = moved || robot.joints[next.front()].type != UrdfJointType::fixed;
+    link = robot.joints[next.front()].child;
+  }
+}
+
+bool is_below(const UrdfRobot& robot, std::size_t link, std::size_t base) {
+  while (link != base && robot.links[link].above) link = robot.joints[*robot.links[link].above].parent;
+  return link == base;
+}
+
 class ArmBuilder {
  public:
   explicit ArmBuilder(UrdfRobot robot) { result_.robot = std::move(robot); }
 
   UrdfArm build(const std::string& base_link, const std::string& flange_link) {
-    const std::size_t base = link_of("base_link", base_link), flange = link_of("flange_link", flange_link);
+    const auto [base, flange, assumed] = urdf_ends(result_.robot, base_link, flange_link);
+    result_.base_link = links()[base].name, result_.flange_link = links()[flange].name;
     add_chain(base, flange);
+    if (assumed)
+      result_.remarks.push_back(result_.robot.place(links()[base].line) + "the arm is the chain from '" +
+                                result_.base_link + "' to '" + result_.flange_link +
+                                "', by the tree of the file; base_link and flange_link name others");
     let_others_stand();
-    add_links(base, {base_link, -1, {}}, kNoJoint);
+    add_links(base, {result_.base_link, -1, {}}, kNoJoint);
     result_.below_base = walked_;
     Pose X_RL;
     for (std::size_t link = base; links()[link].above;) {
@@ -38,14 +98,6 @@ class ArmBuilder {
 
   const std::vector<UrdfLink>& links() const { return result_.robot.links; }
   const std::vector<UrdfJoint>& joints() const { return result_.robot.joints; }
-
-  /// The link that a key of the scenario's robot names.
-  std::size_t link_of(const std::string& key, const std::string& name) const {
-    if (std::none_of(links().begin(), links().end(), [&](const UrdfLink& link) { return link.name == name; }))
-      result_.robot.fail(0, "the robot's key " + key + ": found '" + name +
-                                "', which is no link of this file; allowed: " + list_names(links()));
-    return result_.robot.find_link(name);
-  }
 
   [[noreturn]] void fail(const UrdfJoint& joint, const std::string& reason) const {
     result_.robot.fail(joint.line, joint.describe() + reason);
@@ -217,6 +269,25 @@ void require_meshes(const UrdfRobot& robot, const UrdfLink& link) {
 }
 
 }  // namespace
+
+UrdfEnds urdf_ends(const UrdfRobot& robot, const std::string& base_link, const std::string& flange_link) {
+  constexpr const char *kBase = "base_link", *kFlange = "tool0";
+  UrdfEnds ends;
+  if (!base_link.empty() || has_link(robot, kBase)) {
+    ends.base = link_of(robot, "base_link", base_link.empty() ? kBase : base_link);
+  } else {
+    while (robot.links[ends.base].above) ends.base = robot.joints[*robot.links[ends.base].above].parent;
+    ends.assumed = true;
+  }
+  if (!flange_link.empty() ||
+      (has_link(robot, kFlange) && is_below(robot, robot.find_link(kFlange), ends.base))) {
+    ends.flange = link_of(robot, "flange_link", flange_link.empty() ? kFlange : flange_link);
+  } else {
+    ends.flange = end_of_motion(robot, ends.base);
+    ends.assumed = true;
+  }
+  return ends;
+}
 
 UrdfArm read_urdf_arm(const std::filesystem::path& file, const std::string& base_link,
                       const std::string& flange_link, const PackageFolders& packages) {

@@ -13,8 +13,19 @@
 
 namespace takt {
 
+/// Links of the file at the ends of an arm's chain.
+struct UrdfEnds {
+  std::size_t base = 0, flange = 0;
+  bool assumed = false;  ///< the tree of the file decides about one of them
+};
+/// An empty name is the one of ROS, base_link or tool0, where the file has such a link. Else the base is the root, and the
+/// flange the end of the moving joints: the link where they branch, or the last one, and what it carries alone by fixed joints.
+/// Throws UrdfError for a name that no link has, and where the joints branch before one moves.
+UrdfEnds urdf_ends(const UrdfRobot& robot, const std::string& base_link, const std::string& flange_link);
+
 struct UrdfArm {
   UrdfRobot robot;
+  std::string base_link, flange_link;
   ArmModel arm;
   /// All links of the file. First the base link and those below it: a link follows the one that carries it,
   /// else the order is that of the file. Last the links above and beside the base link.
@@ -34,7 +45,7 @@ struct UrdfArm {
 /// continuous and prismatic joints whose axis has a direction; limits with lower < upper (continuous joints: +-2 pi).
 /// A velocity that is missing, 0 or less is not stated: pi rad/s or 1 m/s is assumed; such an effort is unlimited (0).
 /// Joints beside the chain stand at 0, at the limit that is nearest to 0, or
-/// where a joint that they mimic leads them. Throws UrdfError for all else, and as read_urdf().
+/// where a joint that they mimic leads them. Throws UrdfError for all else, and as read_urdf() and urdf_ends().
 UrdfArm read_urdf_arm(const std::filesystem::path& file, const std::string& base_link,
                       const std::string& flange_link, const PackageFolders& packages = {});
 

@@ -357,8 +357,8 @@ std::optional<Scenario> with_fingers(
     for (std::size_t r = 0; r < scenario.robots.size(); ++r) {
       const ScenarioRobot& robot = scenario.robots[r];
       if (robot.name != gripper.robot) continue;
-      UrdfGripper found = urdf_gripper(arms[r], robot.flange_link, gripper.fingers->joints);
-      leave_out(arms[r], found, robot.flange_link);
+      UrdfGripper found = urdf_gripper(arms[r], arms[r].flange_link, gripper.fingers->joints);
+      leave_out(arms[r], found, arms[r].flange_link);
       gripper.X_FG = found.X_FG;
       if (gripper.X_GT == Pose{}) gripper.X_GT = found.X_GT;
       gripper.body_mesh = robot.urdf.string() + "#" + links_of(found, gripper.name);

@@ -138,7 +138,7 @@ TEST_F(ScenarioFile, OverridesAreCheckedLikeTheFile) {
 
 TEST_F(ScenarioFile, RobotsAndGrippersAreChecked) {
   write("robot.urdf", "<robot name='r'><link name='base_link'/></robot>");
-  EXPECT_THAT(error(kHead + "robots:\n  R: {urdf: robot.urdf, initial_joints_rad: []}\n"),
+  EXPECT_THAT(error(kHead + "robots:\n  R: {urdf: robot.urdf, flange_link: tool0, initial_joints_rad: []}\n"),
               AllOf(HasSubstr("robot.urdf"), HasSubstr("tool0")));
   EXPECT_THAT(error(kHead + "grippers:\n  G: {robot: R2}\n"),
               AllOf(HasSubstr("grippers.G.robot"), HasSubstr("'R2'")));

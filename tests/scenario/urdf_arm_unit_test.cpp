@@ -12,6 +12,7 @@ namespace takt {
 namespace {
 
 using testing::AllOf;
+using testing::Contains;
 using testing::HasSubstr;
 
 class UrdfArmOfAFile : public testing::Test {
@@ -142,6 +143,39 @@ TEST_F(UrdfArmOfAFile, RefusesBadFiles) {
   EXPECT_EQ(read(two_joints(joint("j2", "revolute", "b", "c") + wide)).arm.joint_count(), 2);
   EXPECT_THAT(error_of("<scene/>"), HasSubstr("found <scene> as the root element; allowed: <robot>"));
   EXPECT_THAT(error_of(robot("")), HasSubstr("line 1: <robot>: found no <link>"));
+}
+
+TEST_F(UrdfArmOfAFile, FindsTheChainByTheTree) {
+  const std::string good = joint("j2", "revolute", "b", "c");
+  const auto ends = [&](const std::string& joints, const std::string& links) {
+    const UrdfArm arm = read(two_joints(joints + links), "", "");
+    EXPECT_THAT(arm.remarks, Contains(HasSubstr("the arm is the chain from 'a' to '" + arm.flange_link +
+                                                "', by the tree of the file")));
+    return arm.base_link + " " + arm.flange_link + " " + std::to_string(arm.arm.joint_count());
+  };
+  EXPECT_EQ(ends(good, ""), "a c 2");
+  // A flange without a name of ROS, what is fixed to it, and what is fixed beside the arm.
+  EXPECT_EQ(ends(good + joint("f", "fixed", "c", "d", "") + joint("g", "fixed", "a", "e", ""),
+                 link("d") + link("e")),
+            "a d 2");
+  EXPECT_EQ(ends(good + joint("f", "fixed", "c", "d", "") + joint("g", "fixed", "c", "e", ""),
+                 link("d") + link("e")),
+            "a c 2");
+  // Two fingers end the arm.
+  EXPECT_EQ(ends(good + joint("f", "fixed", "c", "palm", "") + joint("l", "prismatic", "palm", "d") +
+                     joint("r", "prismatic", "palm", "e"),
+                 link("palm") + link("d") + link("e")),
+            "a palm 2");
+  // The names of ROS come first.
+  const UrdfArm ros = read(two_joints(good + joint("f", "fixed", "b", "tool0", "") + link("tool0")), "", "");
+  EXPECT_EQ(ros.flange_link, "tool0");
+  EXPECT_EQ(ros.arm.joint_count(), 1);
+  EXPECT_THAT(
+      error_of(robot(link("a") + link("b") + link("c") + joint("j1", "revolute", "a", "b") +
+                     joint("j2", "revolute", "a", "c")),
+               "", ""),
+      HasSubstr("link 'a' carries several chains of moving joints: j1, j2; the robot's keys base_link and "
+                "flange_link name the ends of one. Links: a, b, c"));
 }
 
 TEST_F(UrdfArmOfAFile, RefusesBadChains) {
