@@ -6,6 +6,7 @@ import {OBJLoader} from 'three/addons/loaders/OBJLoader.js';
 import {RoomEnvironment} from 'three/addons/environments/RoomEnvironment.js';
 import {STLLoader} from 'three/addons/loaders/STLLoader.js';
 import URDFLoader from 'urdf-loader';
+import {breakEdges} from './broken_edges.js';
 import {ComponentType, JointType, PartState, nameOf} from './messages.js';
 
 // Words and colours of Parts, by PartState.
@@ -248,11 +249,12 @@ export class Cell {
     this.world.add(column);
   }
 
-  // One material for all that is drawn of robots, in the colour that it has, with the section.
+  // One material for all that is drawn of robots, in the colour that it has, with the section; shapes with broken edges.
   dress(model) {
     const planes = this.section ? [this.plane] : [];
     model.traverse((part) => {
       if (!part.isMesh) return;
+      breakEdges(part);
       part.castShadow = part.receiveShadow = true;
       const [material] = [part.material].flat();
       part.material = new THREE.MeshStandardMaterial({color: material?.color ?? 0xb8c0c8, map: material?.map ?? null, vertexColors: Boolean(material?.vertexColors), roughness: 0.6, side: THREE.DoubleSide, clippingPlanes: planes});
