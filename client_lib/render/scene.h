@@ -70,6 +70,9 @@ void add_floor(Scene& scene, const Vec3& center_W, double size, double spacing);
 /// The edges of a mesh where its faces meet at more than `angle_rad` (and open borders), as on an engineering
 /// drawing.
 void add_edges(Scene& scene, const Mesh& mesh, double angle_rad, const Color& color, double width_px);
+/// Gives the mesh normals: where faces meet at `angle_rad` and less, the surface looks curved. Each triangle then has vertices
+/// of its own.
+void smooth(Mesh& mesh, double angle_rad);
 
 /// An arm as capsules between its joint frames and short cylinders around the joint axes. `q` holds
 /// joint_count() values. A link whose joint frames are offset sideways along the previous axis is drawn as an

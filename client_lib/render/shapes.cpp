@@ -1,9 +1,12 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <numeric>
 #include <tuple>
 #include <utility>
+#include <vector>
 
 #include "client_lib/render/scene.h"
 
@@ -151,6 +154,47 @@ void add_edges(Scene& scene, const Mesh& mesh, double angle_rad, const Color& co
       scene.lines.push_back({to_world(ends.first), to_world(ends.second), color, width_px});
     }
   }
+}
+
+void smooth(Mesh& mesh, double angle_rad) {
+  using Point = std::array<double, 3>;
+  struct Corner {
+    Point at;
+    std::size_t face;
+  };
+  std::vector<Vec3> face_areas;  // of the faces, along their normals
+  std::vector<Corner> corners;
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    const auto& t = mesh.triangles[i];
+    const Vec3 &a = mesh.vertices.at(t[0]), &b = mesh.vertices.at(t[1]), &c = mesh.vertices.at(t[2]);
+    face_areas.push_back((b - a).cross(c - a));
+    for (const Vec3& p : {a, b, c}) corners.push_back({{p.x(), p.y(), p.z()}, i});
+  }
+  std::vector<std::size_t> order(corners.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return corners[a].at != corners[b].at ? corners[a].at < corners[b].at : a < b;
+  });
+  Mesh result;
+  result.X_WB = mesh.X_WB, result.color = mesh.color, result.lit = mesh.lit;
+  result.vertices.resize(corners.size()), result.normals.resize(corners.size());
+  const double least = std::cos(angle_rad);
+  for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
+    while (end < order.size() && corners[order[end]].at == corners[order[begin]].at) ++end;
+    for (std::size_t k = begin; k < end; ++k) {
+      const Corner& corner = corners[order[k]];
+      const Vec3 own = face_areas[corner.face].normalized();
+      Vec3 sum = Vec3::Zero();
+      for (std::size_t other = begin; other < end; ++other) {
+        const Vec3& area = face_areas[corners[order[other]].face];
+        if (area.dot(own) >= least * area.norm()) sum += area;
+      }
+      result.vertices[order[k]] = Vec3(corner.at[0], corner.at[1], corner.at[2]);
+      result.normals[order[k]] = sum.norm() > 0.0 ? Vec3(sum.normalized()) : Vec3(Vec3::UnitZ());
+    }
+  }
+  for (std::uint32_t i = 0; i < corners.size(); i += 3) result.triangles.push_back({i, i + 1, i + 2});
+  mesh = std::move(result);
 }
 
 void add_arm(Scene& scene, const ArmModel& arm, const double* q, const Pose& X_WR, const Color& links,

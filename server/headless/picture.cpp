@@ -63,9 +63,10 @@ Drawing draw(const CellDescription& cell, const RobotShapes& robots, const Snaps
   auto& [scene, camera] = drawing;
   for (std::size_t i = 0; i < cell.components.size(); ++i) {
     if (snapshot.components[i].state == PartState::parked) continue;
-    const render::Mesh mesh = component_mesh(cell.components[i], snapshot.components[i]);
+    render::Mesh mesh = component_mesh(cell.components[i], snapshot.components[i]);
     render::add_edges(scene, mesh, kFeatureAngle_rad, {0.15, 0.15, 0.17}, 1.0);
-    scene.meshes.push_back(mesh);
+    render::smooth(mesh, kFeatureAngle_rad);
+    scene.meshes.push_back(std::move(mesh));
   }
   for (std::size_t i = 0; i < cell.robots.size(); ++i) {
     const RobotDescription& robot = cell.robots[i];

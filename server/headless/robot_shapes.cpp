@@ -15,6 +15,7 @@ namespace takt {
 namespace {
 
 constexpr double kMostTriangles = 2e6;  // of all robots: a picture of more takes minutes
+constexpr double kCurved_rad = 0.6;
 constexpr render::Color kPlain{0.86, 0.87, 0.89};
 
 struct Surface {
@@ -80,6 +81,7 @@ RobotShapes::RobotShapes(const Scenario& scenario, const CellDescription& cell,
           piece.mesh.color = surface.color;
           piece.mesh.vertices = std::move(surface.mesh.vertices);
           piece.mesh.triangles = std::move(surface.mesh.triangles);
+          render::smooth(piece.mesh, kCurved_rad);
         }
       }
     } catch (

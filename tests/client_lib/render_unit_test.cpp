@@ -170,6 +170,37 @@ TEST(Render, ABoxHasTwelveEdges) {
   EXPECT_EQ(scene.lines.size(), 12U);
 }
 
+// A prism of 24 flats: normals of its wall are radial, those of its ends along the axis.
+TEST(Render, FlatsOfACylinderLookCurvedAndItsRimsSharp) {
+  constexpr std::uint32_t kFlats = 24;
+  Mesh prism;
+  for (std::uint32_t i = 0; i < kFlats; ++i)
+    for (const double z : {-1.0, 1.0}) {
+      const double angle = 2.0 * std::numbers::pi * i / kFlats;
+      prism.vertices.emplace_back(std::cos(angle), std::sin(angle), z);
+    }
+  prism.vertices.emplace_back(0.0, 0.0, 1.0);
+  for (std::uint32_t i = 0; i < kFlats; ++i) {
+    const std::uint32_t low = 2 * i, next = 2 * ((i + 1) % kFlats);
+    prism.triangles.push_back({low, next, next + 1});
+    prism.triangles.push_back({low, next + 1, low + 1});
+    prism.triangles.push_back({2 * kFlats, low + 1, next + 1});
+  }
+  smooth(prism, 0.3);
+  ASSERT_EQ(prism.normals.size(), prism.vertices.size());
+  for (std::size_t t = 0; t < prism.triangles.size(); ++t)
+    for (const std::uint32_t corner : prism.triangles[t]) {
+      const Vec3 p = prism.vertices[corner];
+      const Vec3 expected = t % 3 == 2 ? Vec3(0.0, 0.0, 1.0) : Vec3(p.x(), p.y(), 0.0);
+      // Two triangles of one flat and one of its neighbour meet at a corner: a ninth of a flat's turn at most.
+      EXPECT_GT(prism.normals[corner].dot(expected), std::cos(2.0 * std::numbers::pi / kFlats / 3.0));
+    }
+  // Below the angle between the flats it stays a prism.
+  Mesh flat = prism;
+  smooth(flat, 0.2);
+  EXPECT_LT(flat.normals[0].dot(prism.normals[0]), 1.0 - 1e-4);
+}
+
 TEST(Render, AnArmReachesFromBaseToFlange) {
   ArmModel arm;
   JointModel joint;

@@ -5,6 +5,7 @@ import {ColladaLoader} from 'three/addons/loaders/ColladaLoader.js';
 import {OBJLoader} from 'three/addons/loaders/OBJLoader.js';
 import {RoomEnvironment} from 'three/addons/environments/RoomEnvironment.js';
 import {STLLoader} from 'three/addons/loaders/STLLoader.js';
+import {toCreasedNormals} from 'three/addons/utils/BufferGeometryUtils.js';
 import URDFLoader from 'urdf-loader';
 import {breakEdges} from './broken_edges.js';
 import {ComponentType, JointType, PartState, nameOf} from './messages.js';
@@ -16,7 +17,8 @@ export const OPEN = 0x9aa7b4, CLOSED = 0xc2561a, GRIPS = 0xe08214, FORCE = 0xd62
 const LONGEST = 0.25;  // m; larger forces are drawn like this, as they would leave the picture
 const COLORS = [0x2b3cff, 0x18b8d8, 0x2fbf4a, 0xf2d21b, 0xe2231a].map((color) => new THREE.Color(color));  // of pressures
 const TINT = 0.4;      // share of the colour of a part's state in that of the part
-const MOST_EDGES = 60000;  // triangles of a mesh whose edges are drawn
+const MOST_EDGES = 60000;  // triangles of a mesh whose edges are drawn, and that looks curved between them
+const CREASE = 0.5;        // rad; faces that meet at more have a drawn edge
 const SHADE_PERIOD = {hard: 40, soft: 1000};  // ms between two pictures of the shadows: with a graphics card, and drawn by the processor
 const STATE = new THREE.Color();
 const UP = new THREE.Vector3(0, 1, 0);
@@ -167,17 +169,17 @@ export class Cell {
       const geometry = new THREE.BufferGeometry();
       geometry.setAttribute('position', new THREE.BufferAttribute(Float32Array.from(component.vertices), 3));
       geometry.setIndex(new THREE.BufferAttribute(Uint32Array.from(component.triangles), 1));
-      const flat = geometry.toNonIndexed();
-      flat.computeVertexNormals();
+      const drawn = component.triangles.length / 3 <= MOST_EDGES ? toCreasedNormals(geometry, CREASE) : geometry.toNonIndexed();
+      if (!drawn.attributes.normal) drawn.computeVertexNormals();
       const [r, g, b] = component.color.length >= 3 ? component.color : [0.7, 0.7, 0.7];
       const own = new THREE.Color().setRGB(r, g, b, THREE.SRGBColorSpace);
-      const mesh = new THREE.Mesh(flat, new THREE.MeshStandardMaterial({color: own, roughness: 0.6, metalness: 0.1, side: THREE.DoubleSide}));
+      const mesh = new THREE.Mesh(drawn, new THREE.MeshStandardMaterial({color: own, roughness: 0.6, metalness: 0.1, side: THREE.DoubleSide}));
       mesh.name = component.name;
       mesh.userData.chosen = {kind: 'component', name: component.name};
       mesh.castShadow = mesh.receiveShadow = true;
       let edges = null;
       if (component.triangles.length / 3 <= MOST_EDGES) {
-        edges = new THREE.LineSegments(new THREE.EdgesGeometry(geometry, 30), new THREE.LineBasicMaterial({color: this.dark ? 0x0c0f12 : 0x2a323a, transparent: true, opacity: 0.55}));
+        edges = new THREE.LineSegments(new THREE.EdgesGeometry(geometry, THREE.MathUtils.radToDeg(CREASE)), new THREE.LineBasicMaterial({color: this.dark ? 0x0c0f12 : 0x2a323a, transparent: true, opacity: 0.55}));
         edges.visible = this.options.edges;
         edges.raycast = () => {};
         mesh.add(edges);

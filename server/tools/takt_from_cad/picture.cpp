@@ -52,6 +52,7 @@ void draw_exploded(const product::Product& product, const product::Explosion& ex
     for (const Vec3& v : body.mesh.vertices) mesh.vertices.push_back(scale * v);
     mesh.triangles = body.mesh.triangles;
     render::add_edges(scene, mesh, kFeatureAngle_rad, {0.15, 0.15, 0.17}, 1.0);
+    render::smooth(mesh, kFeatureAngle_rad);
     scene.meshes.push_back(std::move(mesh));
   }
   render::Camera camera;
