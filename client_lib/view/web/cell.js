@@ -27,6 +27,16 @@ function matrixOf({position, rotation: r}) {
   return new THREE.Matrix4().set(r.xx, r.xy, r.xz, position.x, r.yx, r.yy, r.yz, position.y, r.zx, r.zy, r.zz, position.z, 0, 0, 0, 1);
 }
 
+// Colours of a URDF are sRGB, as pictures of takt-run and RViz take them; the loader takes them as linear.
+function withLinearColors(urdf) {
+  const document = new DOMParser().parseFromString(urdf, 'text/xml');
+  for (const element of document.querySelectorAll('color[rgba]')) {
+    const [r, g, b, ...alpha] = element.getAttribute('rgba').trim().split(/\s+/).map(Number);
+    element.setAttribute('rgba', [...new THREE.Color().setRGB(r, g, b, THREE.SRGBColorSpace).toArray(), ...alpha].join(' '));
+  }
+  return document;
+}
+
 // Of a pressure, from none to the largest one.
 export function colorOf(pressure, largest, color = new THREE.Color()) {
   const at = Math.min(Math.max(pressure / largest, 0), 1) * (COLORS.length - 1), i = Math.min(Math.floor(at), COLORS.length - 2);
@@ -204,7 +214,7 @@ export class Cell {
       loader.loadMeshCb = (path, manager, done) => this.loadMesh(path, manager, done);
       let model;
       try {
-        model = loader.parse(robot.urdf);
+        model = loader.parse(withLinearColors(robot.urdf));
       } catch {
         model = new THREE.Group();
       }
