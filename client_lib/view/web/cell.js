@@ -108,7 +108,7 @@ export class Cell {
     this.sky = new THREE.HemisphereLight(0xffffff, 0x8f959c, this.soft ? 1.9 : 1.3);
     this.sun = new THREE.DirectionalLight(0xfff6e8, 2.4);
     this.sun.castShadow = true;
-    this.sun.shadow.mapSize.setScalar(this.soft ? 1024 : 2048);
+    this.sun.shadow.mapSize.setScalar(2048);
     this.sun.shadow.normalBias = 0.01;
     renderer.shadowMap.enabled = true;
     renderer.shadowMap.type = this.soft ? THREE.BasicShadowMap : THREE.PCFSoftShadowMap;
