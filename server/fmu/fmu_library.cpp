@@ -142,8 +142,22 @@ class Wiring {
       offer.notes.push_back(r_.device + ": the FMU takes steps of " + number_text(r_.step_s, 9) +
                             " s; its description prefers step_s: " + number_text(usual, 9) +
                             " and states that it cannot vary its step.");
+    if (fmu_.has_event_mode) check_clocks(offer);
     if (!fmu_.can_serialise_state)
       offer.notes.push_back(r_.device + ": the FMU cannot save its state; this cell has no snapshots.");
+  }
+
+  void check_clocks(FmuOffer& offer) const {
+    for (const FmuClock& clock : fmu_.clocks) {
+      const double interval = clock.interval_s, steps = interval / r_.step_s;
+      if (steps < 1.0 - 1e-6)
+        fail("step_s", "its clock '" + clock.name + "' ticks every " + number_text(interval, 9) +
+                           " s; found a step of " + number_text(r_.step_s, 9) + " s; allowed: up to this");
+      if (std::abs(std::round(steps) - steps) > 1e-6 * steps)
+        offer.notes.push_back(r_.device + ": the clock '" + clock.name + "' of the FMU ticks every " +
+                              number_text(interval, 9) + " s, at the end of the step of " +
+                              number_text(r_.step_s, 9) + " s that this falls in.");
+    }
   }
 
   FmuDescription::Element find(const char* key, const std::string& name) const {
@@ -321,17 +335,27 @@ bool is_below(const std::filesystem::path& root, const std::filesystem::path& fi
 }
 
 std::filesystem::path library_of(const FmuDescription& fmu, const std::filesystem::path& directory,
-                                 const std::set<std::string>& platforms) {
+                                 const std::set<std::string>& platforms, const std::string& device,
+                                 std::vector<std::string>& notes) {
   const std::string platform(fmu.version == 2 ? kPlatform2 : kPlatform3), file = fmu.identifier + ".so";
-  const std::filesystem::path library = directory / "binaries" / platform / file;
-  if (std::filesystem::exists(library)) return library;
+  const std::filesystem::path folder = directory / "binaries" / platform;
+  if (std::filesystem::exists(folder / file)) return folder / file;
   std::error_code none;
-  std::string found, others;
+  std::string found, names;
+  std::vector<std::filesystem::path> others;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, none)) {
+    const std::filesystem::path name = entry.path().filename();
+    if (names.size() < 200) names += (names.empty() ? "" : ", ") + printable(name.string());
+    if (name.extension() == ".so") others.push_back(entry.path());
+  }
+  if (others.size() == 1) {
+    notes.push_back(device + ": the FMU's description names the library " + file +
+                    "; takes the only one there, " + printable(others.front().filename().string()) + ".");
+    return others.front();
+  }
   for (const std::string& other : platforms) found += (found.empty() ? "" : ", ") + other.substr(0, 40);
-  for (const auto& other : std::filesystem::directory_iterator(library.parent_path(), none))
-    if (others.size() < 200) others += (others.empty() ? "" : ", ") + other.path().filename().string();
   throw FmuError("it has no binary for this platform, binaries/" + platform + "/" + file + "; found " +
-                 (!others.empty() ? "there only " + printable(others)
+                 (!names.empty()  ? "there only " + names
                   : found.empty() ? "no binaries"
                                   : "binaries for " + found) +
                  ". Export it for Linux on this machine" +
@@ -409,13 +433,16 @@ FmuOffer FmuLibrary::open(const FmuRequest& request) {
     start.version = fmu.version;
     start.instance = request.device;
     start.token = fmu.token;
-    start.library = library_of(fmu, files->path(), platforms).string();
+    start.library = library_of(fmu, files->path(), platforms, request.device, offer.notes).string();
     start.resources = (files->path() / "resources").string();
     std::filesystem::create_directories(start.resources);
     start.memory_bytes = static_cast<std::uint64_t>(request.memory_MiB) << 20U;
     start.can_copy_state = fmu.can_copy_state;
     start.can_serialise_state = fmu.can_serialise_state;
     start.tolerance = fmu.tolerance;
+    if (fmu.has_event_mode)
+      for (const FmuClock& clock : fmu.clocks)
+        start.clocks.push_back({clock.reference, clock.interval_s, clock.shift_s});
     Wiring(request, fmu).connect(offer, start);
     ModelDigest digest;
     digest << sha << request.step_s << start.version;

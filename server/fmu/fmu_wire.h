@@ -40,6 +40,11 @@ struct Setting {
   std::vector<std::string> values{};
 };
 
+struct Clock {
+  std::uint32_t reference = 0;
+  double interval_s = 1.0, shift_s = 0.0;
+};
+
 struct Start {
   int version = 2;
   std::string instance, token, library, resources;
@@ -48,6 +53,7 @@ struct Start {
   double tolerance = 0.0;  ///< relative, of its solver; 0: the FMU chooses
   std::vector<Setting> settings{};
   std::vector<Place> inputs{}, outputs{};
+  std::vector<Clock> clocks{};  ///< of an FMU that runs with event mode; empty: without it
 };
 
 inline void put(StateWriter& out, const std::vector<std::string>& texts) {
@@ -91,6 +97,9 @@ inline void put(StateWriter& out, const Start& start) {
     put(out, setting.values);
   }
   put(out, start.inputs), put(out, start.outputs);
+  out.put_size(start.clocks.size());
+  for (const Clock& clock : start.clocks)
+    out.put(clock.reference), out.put(clock.interval_s), out.put(clock.shift_s);
 }
 inline Start read_start(StateReader& in) {
   Start start;
@@ -109,6 +118,11 @@ inline Start read_start(StateReader& in) {
     setting.values = texts(in);
   }
   start.inputs = places(in), start.outputs = places(in);
+  start.clocks.resize(in.size(kMost, "clocks"));
+  for (Clock& clock : start.clocks) {
+    clock.reference = in.get<std::uint32_t>();
+    clock.interval_s = in.get<double>(), clock.shift_s = in.get<double>();
+  }
   return start;
 }
 

@@ -161,6 +161,7 @@ class Reader {
       throw FmuError(at(*slave) + "the attribute modelIdentifier is '" +
                      shown(*slave, "modelIdentifier").substr(0, 40) + "'; allowed is the name of a file");
     d_.needs_tool = flag_of(*slave, "needsExecutionTool");
+    d_.has_event_mode = flag_of(*slave, "hasEventMode");
     d_.variable_step = flag_of(*slave, "canHandleVariableCommunicationStepSize");
     const bool two = d_.version == 2;
     d_.can_copy_state = flag_of(*slave, two ? "canGetAndSetFMUstate" : "canGetAndSetFMUState");
@@ -236,6 +237,7 @@ class Reader {
         chosen != structural_.end() && v.causality == "structuralParameter")
       v.start = {chosen->second};
     v.is_array = e.FirstChildElement("Dimension") != nullptr && d_.version == 3;
+    if (v.type == FmuType::clock && v.causality == "input") read_clock(e, v);
     if (v.is_array) arrays_.emplace_back(d_.variables.size(), &e);
     add_name(e, v.name);
     if (d_.version == 3)
@@ -244,6 +246,26 @@ class Reader {
         add_name(*alias, text_of(*alias, "name"));
     by_reference_.emplace(v.reference, d_.variables.size());
     d_.variables.push_back(std::move(v));
+  }
+
+  /// Its interval stands in the clock or its type, in seconds or as a count of a resolution; clocks that the FMU or others
+  /// trigger have none.
+  void read_clock(const XMLElement& e, const FmuVariable& v) {
+    const XMLElement* type = root_.FirstChildElement("TypeDefinitions");
+    type = type == nullptr ? nullptr : type->FirstChildElement("ClockType");
+    while (type != nullptr && text_of(*type, "name") != text_of(e, "declaredType"))
+      type = type->NextSiblingElement("ClockType");
+    const auto stated = [&](const char* name) {
+      const auto own = number_of(e, name);
+      return own || type == nullptr ? own : number_of(*type, name);
+    };
+    const auto seconds = [&](const char* decimal, const char* counter) {
+      const double resolution = stated("resolution").value_or(0.0);
+      return stated(decimal).value_or(resolution > 0.0 ? stated(counter).value_or(0.0) / resolution : 0.0);
+    };
+    const double interval_s = seconds("intervalDecimal", "intervalCounter");
+    if (interval_s > 0.0)
+      d_.clocks.push_back({v.name, v.reference, interval_s, seconds("shiftDecimal", "shiftCounter")});
   }
 
   /// Texts of FMI 3.0 stand in elements of their own.

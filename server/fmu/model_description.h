@@ -57,16 +57,25 @@ struct FmuVariable {
   std::shared_ptr<const std::map<std::string, std::string>> items{};
 };
 
+/// An input clock of FMI 3.0 that ticks at shift_s + k * interval_s.
+struct FmuClock {
+  std::string name;
+  std::uint32_t reference = 0;
+  double interval_s = 0.0, shift_s = 0.0;
+};
+
 /// An FMU for co-simulation.
 struct FmuDescription {
   int version = 2;  ///< 2 or 3
   std::string model_name, token, generation_tool, license, identifier;
   bool needs_tool = false;  ///< that made it, to run
+  bool has_event_mode = false;
   bool variable_step = false, can_copy_state = false, can_serialise_state = false;
   double fixed_step_s = 0.0;    ///< 0: not stated
   double default_step_s = 0.0;  ///< of the default experiment; 0: not stated
   double tolerance = 0.0;       ///< of the default experiment, relative; 0: not stated
   std::vector<FmuVariable> variables;
+  std::vector<FmuClock> clocks;  ///< with constant intervals
   std::unordered_map<std::string, std::size_t> by_name;
 
   /// A variable, or an element NAME[i] of an array, from 1 on. Throws FmuError.

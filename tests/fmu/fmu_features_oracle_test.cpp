@@ -126,18 +126,42 @@ TEST(FmuFeatures, AStepOfOneSizeMayBeAnother) {
   EXPECT_THAT(notes(FmuCell(kFeatures, "", 0.1)), Not(HasSubstr("prefers")));
 }
 
+/// The clock ticks at 0.1 s + k * 0.2 s; inputs count from the step on that begins with the tick.
+TEST(FmuClocks, TickInEventModeWithTheInputsOfTheInstant) {
+  FmuCell cell(kTestFmus / "clocked.fmu", "", 0.05);
+  for (int i = 1; i <= 40; ++i) {
+    cell.command("u", i);
+    ASSERT_TRUE(cell.step());
+    // Step i leads from (i - 1) * 0.05 s to i * 0.05 s; ticks begin the steps 3, 7, 11, ...
+    const int ticks = (i + 1) / 4;
+    EXPECT_EQ(cell.value("count"), ticks) << i << cell.notices();
+    EXPECT_EQ(cell.value("y"), ticks == 0 ? 0.0 : 4.0 * ticks - 1.0) << i;
+    EXPECT_EQ(cell.value("level"), i * 0.05 > 0.52 ? cell.value("y") : 0.0) << i;
+  }
+  EXPECT_EQ(cell.value("failed"), 0.0) << cell.notices();
+  EXPECT_THAT(notes(cell), Not(HasSubstr("ticks")));
+  EXPECT_THAT(
+      notes(FmuCell(kTestFmus / "clocked.fmu", "", 0.03)),
+      HasSubstr("the clock 'sampling' of the FMU ticks every 0.2 s, at the end of the step of 0.03 s"));
+  EXPECT_THAT(
+      sentence_of_refusal(kTestFmus / "clocked.fmu", "", 0.3),
+      HasSubstr("its clock 'sampling' ticks every 0.2 s; found a step of 0.3 s; allowed: up to this"));
+}
+
 /// The motor of FMI 3.0 with another description: `text` of it replaced by `by`.
 class OtherMotor {
  public:
-  OtherMotor(const std::string& text, const std::string& by) {
+  OtherMotor(const std::string& text, const std::string& by,
+             const std::vector<std::string>& libraries = {"motor.so"}) {
     std::string xml = content(kTestFmus / "motor3" / "modelDescription.xml");
     const std::size_t at = xml.find(text);
     EXPECT_NE(at, std::string::npos);
     xml.replace(at, text.size(), by);
-    test::write_zip(
-        directory_ / "motor.fmu",
-        {{"modelDescription.xml", xml},
-         {"binaries/x86_64-linux/motor.so", content(kTestFmus / "motor3/binaries/x86_64-linux/motor.so")}});
+    std::vector<test::ZipEntry> entries{{"modelDescription.xml", xml}};
+    const std::string folder = "binaries/x86_64-linux/";
+    for (const std::string& library : libraries)
+      entries.push_back({folder + library, content(kTestFmus / "motor3" / folder / "motor.so")});
+    test::write_zip(directory_ / "motor.fmu", entries);
   }
   std::filesystem::path fmu() const { return directory_ / "motor.fmu"; }
 
@@ -179,6 +203,19 @@ TEST(FmuTool, OneThatIsNeededIsNamedAndMayBePartOfTheFmu) {
   EXPECT_THAT(sentence_of_refusal(absent.fmu(), ""),
               AllOf(HasSubstr("returned no instance"),
                     HasSubstr("It needs T (needsExecutionTool), which takt lets it neither")));
+}
+
+/// Of an FMU that was renamed by hand.
+TEST(FmuLibraryFile, TheOnlyOneIsTakenWhateverItsName) {
+  const std::string token = "instantiationToken=\"motor\"";
+  const OtherMotor one(token, token, {"renamed.so"}), two(token, token, {"a.so", "b.so"});
+  FmuCell cell(one.fmu());
+  EXPECT_THAT(notes(cell), HasSubstr("names the library motor.so; takes the only one there, renamed.so"));
+  cell.command("motor_u", 12.0);
+  ASSERT_TRUE(cell.step(10));
+  EXPECT_GT(cell.value("motor_w"), 1.0);
+  EXPECT_THAT(sentence_of_refusal(two.fmu(), ""),
+              HasSubstr("no binary for this platform, binaries/x86_64-linux/motor.so; found there only "));
 }
 
 TEST(FmuLimits, ThatContradictEachOtherLimitNothing) {

@@ -1,4 +1,4 @@
-// FMI 3.0, co-simulation without event mode: section 4.2 of the standard.
+// FMI 3.0, co-simulation: section 4.2 of the standard. Event mode is used where clocks tick; other FMUs handle their events.
 #include <fmi3FunctionTypes.h>
 
 #include <algorithm>
@@ -59,13 +59,14 @@ T to_type(double value) {
 #define TAKT_FMI3_FUNCTIONS(use)                                                                        \
   use(GetVersion) use(InstantiateCoSimulation) use(EnterInitializationMode) use(ExitInitializationMode) \
       use(DoStep)
-#define TAKT_FMI3_OTHER_FUNCTIONS(use)                                                                    \
-  use(EnterConfigurationMode) use(ExitConfigurationMode) use(SetString) use(GetFloat64) use(SetFloat64)   \
-      use(GetFloat32) use(SetFloat32) use(GetInt8) use(SetInt8) use(GetUInt8) use(SetUInt8) use(GetInt16) \
-          use(SetInt16) use(GetUInt16) use(SetUInt16) use(GetInt32) use(SetInt32) use(GetUInt32)          \
-              use(SetUInt32) use(GetInt64) use(SetInt64) use(GetUInt64) use(SetUInt64) use(GetBoolean)    \
-                  use(SetBoolean) use(GetFMUState) use(SetFMUState) use(FreeFMUState)                     \
-                      use(SerializedFMUStateSize) use(SerializeFMUState) use(DeserializeFMUState)
+#define TAKT_FMI3_OTHER_FUNCTIONS(use)                                                                       \
+  use(EnterEventMode) use(EnterStepMode) use(UpdateDiscreteStates) use(SetClock) use(EnterConfigurationMode) \
+      use(ExitConfigurationMode) use(SetString) use(GetFloat64) use(SetFloat64) use(GetFloat32)              \
+          use(SetFloat32) use(GetInt8) use(SetInt8) use(GetUInt8) use(SetUInt8) use(GetInt16) use(SetInt16)  \
+              use(GetUInt16) use(SetUInt16) use(GetInt32) use(SetInt32) use(GetUInt32) use(SetUInt32)        \
+                  use(GetInt64) use(SetInt64) use(GetUInt64) use(SetUInt64) use(GetBoolean) use(SetBoolean)  \
+                      use(GetFMUState) use(SetFMUState) use(FreeFMUState) use(SerializedFMUStateSize)        \
+                          use(SerializeFMUState) use(DeserializeFMUState)
 
 class Instance final : public FmiInstance {
  public:
@@ -86,8 +87,8 @@ class Instance final : public FmiInstance {
 
   void start(std::span<double> outputs) override {
     const std::string path = p_.resources + "/";
-    c_ = InstantiateCoSimulation_(p_.instance.c_str(), p_.token.c_str(), path.c_str(), false, false, false,
-                                  false, nullptr, 0, nullptr, &log, nullptr);
+    c_ = InstantiateCoSimulation_(p_.instance.c_str(), p_.token.c_str(), path.c_str(), false, false,
+                                  has_events(), false, nullptr, 0, nullptr, &log, nullptr);
     if (c_ == nullptr)
       throw FmiError(no_instance("fmi3InstantiateCoSimulation", "instantiationToken", p_.token));
     configure();
@@ -96,6 +97,7 @@ class Instance final : public FmiInstance {
     check("fmi3EnterInitializationMode",
           EnterInitializationMode_(c_, p_.tolerance > 0.0, p_.tolerance, 0.0, false, 0.0));
     check("fmi3ExitInitializationMode", ExitInitializationMode_(c_));
+    if (has_events()) end_event();
     for (const Place& place : p_.inputs) {
       if (place.elements <= 1) continue;
       std::vector<double>& all = arrays_[{place.type, place.reference}];
@@ -109,6 +111,7 @@ class Instance final : public FmiInstance {
 
   void step(double t, double h, std::span<const double> inputs, std::span<double> outputs) override {
     if (c_ == nullptr) throw FmiError("the FMU has not been started");
+    if (has_events()) check("fmi3EnterEventMode", EnterEventMode_(c_));
     for (std::size_t i = 0; i < inputs.size(); ++i) {
       const Place& place = p_.inputs[i];
       if (place.elements > 1)
@@ -117,6 +120,10 @@ class Instance final : public FmiInstance {
         set_numbers(place.name, place.type, place.reference, {&inputs[i], 1});
     }
     for (const auto& [of, values] : arrays_) set_numbers("an array", of.first, of.second, values);
+    if (has_events()) {
+      tick(t, h);
+      end_event();
+    }
     constexpr int kMostParts = 1000;
     double at = t;
     for (int part = 0; at < t + h && part < kMostParts; ++part) {
@@ -125,6 +132,10 @@ class Instance final : public FmiInstance {
       check("fmi3DoStep", DoStep_(c_, at, t + h - at, true, &event, &ended, &early, &reached));
       if (ended)
         throw FmiError(with_message("the FMU ended its simulation at " + std::to_string(reached) + " s"));
+      if (event && has_events()) {
+        check("fmi3EnterEventMode", EnterEventMode_(c_));
+        end_event();
+      }
       if (!early) break;
       if (!(reached > at) || part + 1 == kMostParts)
         throw FmiError("the FMU returns early from its step and does not come on from " + std::to_string(at) +
@@ -159,6 +170,37 @@ class Instance final : public FmiInstance {
   }
 
  private:
+  bool has_events() const {
+    return !p_.clocks.empty();
+  }
+
+  /// The clocks that tick in (t - h, t].
+  void tick(double t, double h) {
+    for (const fmu_wire::Clock& clock : p_.clocks) {
+      const auto count = [&](double at) {
+        return std::floor((at - clock.shift_s) / clock.interval_s + 1e-6);
+      };
+      if (count(t) < 0.0 || count(t) <= count(t - h)) continue;
+      const fmi3Clock active = fmi3ClockActive;
+      check("fmi3SetClock", SetClock_(c_, &clock.reference, 1, &active));
+    }
+  }
+
+  /// From event mode back to the steps.
+  void end_event() {
+    constexpr int kMostUpdates = 1000;
+    bool again = true;
+    for (int i = 0; again; ++i) {
+      bool ended = false, nominals = false, values = false, has_next = false;
+      double next_s = 0.0;
+      check("fmi3UpdateDiscreteStates",
+            UpdateDiscreteStates_(c_, &again, &ended, &nominals, &values, &has_next, &next_s));
+      if (ended) throw FmiError(with_message("the FMU ended its simulation at an event"));
+      if (i == kMostUpdates) throw FmiError("the FMU does not come to the end of an event");
+    }
+    check("fmi3EnterStepMode", EnterStepMode_(c_));
+  }
+
   /// Sizes of arrays are set ahead of all else, in a mode of their own.
   void configure() {
     const auto structural = [](const Setting& setting) { return setting.structural; };

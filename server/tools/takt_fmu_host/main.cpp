@@ -43,7 +43,11 @@ void* open_library(const std::string& file) {
   void* library = ::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (library == nullptr) {
     const char* why = ::dlerror();
-    throw FmiError(std::string("its library cannot be loaded: ") + (why != nullptr ? why : ""));
+    const std::string reason = why != nullptr ? why : "";
+    // Of another file that it needs.
+    const bool needs = reason.find("cannot open shared object file") != std::string::npos;
+    throw FmiError("its library cannot be loaded: " + reason +
+                   (needs ? ". The FMU needs this library of the system" : ""));
   }
   return library;
 }
