@@ -181,6 +181,7 @@ export class CellNodes {
       timestamped_get: () => new DataValue(source.dataValue),
       timestamped_set: async (dataValue) => {
         const {value} = dataValue.value, number = Number(value);
+        if (dataValue.statusCode.value !== StatusCodes.Good.value) return StatusCodes.BadWriteNotSupported;  // a value that its writer calls bad
         if (Object(value) === value) return StatusCodes.BadTypeMismatch;  // an array
         if (!Number.isFinite(number) || (range && (number < range[0] || number > range[1]))) return StatusCodes.BadOutOfRange;
         try {

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <array>
 #include <fstream>
 #include <memory>
@@ -14,23 +15,27 @@
 #include "server/fmu/model_description.h"
 
 namespace takt {
+
+std::string printable(const std::string& name) {
+  std::string shown = name.substr(0, 100);
+  for (char& c : shown)
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';
+  return shown;
+}
+
 namespace {
 
 constexpr std::size_t kLongestName = 1000;
 
 std::string shown(const std::string& name) {
-  std::string shown = name.substr(0, 100);
-  for (char& c : shown)
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';
-  return "'" + shown + "'";
+  return "'" + printable(name) + "'";
 }
 
 /// The parts of the name of an entry stay below the directory that it is unpacked to.
 void check_name(const std::string& name) {
   const auto refuse = [&](const char* why) { throw FmuError("its entry " + shown(name) + " " + why); };
   if (name.empty() || name.size() > kLongestName) refuse("has no usable name");
-  if (name.front() == '/' || name.find('\\') != std::string::npos || name.find(':') != std::string::npos)
-    refuse("has an absolute name or backslashes");
+  if (name.front() == '/' || name.find(':') != std::string::npos) refuse("has an absolute name or a colon");
   if (name.find('\0') != std::string::npos) refuse("has a name with a zero byte");
   for (const std::filesystem::path& part : std::filesystem::path(name))
     if (part == "..") refuse("leads out of the archive ('..')");
@@ -76,12 +81,13 @@ void unpack_entry(unzFile archive, const std::filesystem::path& to, std::size_t 
   if (!out.flush()) throw FmuError("it cannot be unpacked to " + to.string() + ": the disk may be full");
 }
 
-void unpack(const std::filesystem::path& file, const std::filesystem::path& directory,
-            const Contents& contents) {
+/// Returns the names of all entries.
+std::set<std::string> unpack(const std::filesystem::path& file, const std::filesystem::path& directory,
+                             const Contents& contents) {
   const std::unique_ptr<void, int (*)(unzFile)> archive(unzOpen64(file.c_str()), &unzClose);
   if (!archive) throw FmuError("it is no ZIP archive, as " + std::string(contents.kind) + " are");
   std::size_t files = 0, bytes = 0;
-  std::set<std::string> seen;
+  std::set<std::string> seen, all;
   std::string deeper;
   for (int more = unzGoToFirstFile(archive.get()); more != UNZ_END_OF_LIST_OF_FILE;
        more = unzGoToNextFile(archive.get())) {
@@ -93,7 +99,8 @@ void unpack(const std::filesystem::path& file, const std::filesystem::path& dire
     if (unzGetCurrentFileInfo64(archive.get(), &info, text.data(), text.size() - 1, nullptr, 0, nullptr, 0) !=
         UNZ_OK)
       throw FmuError("its list of files is damaged");
-    const std::string stated(text.data(), std::min<std::size_t>(info.size_filename, text.size() - 1));
+    std::string stated(text.data(), std::min<std::size_t>(info.size_filename, text.size() - 1));
+    std::replace(stated.begin(), stated.end(), '\\', '/');  // some archives are made so on Windows
     check_name(stated);
     const std::string name = std::filesystem::path(stated).lexically_normal().string();
     if (S_ISLNK(info.external_fa >> 16U))
@@ -102,6 +109,7 @@ void unpack(const std::filesystem::path& file, const std::filesystem::path& dire
       throw FmuError("its entry " + shown(name) + " is encrypted; " + std::string(contents.kind) +
                      " are not");
     if (name.ends_with("/" + std::string(contents.description))) deeper = name;
+    all.insert(name);
     if (name.ends_with('/') || !contents.is_wanted(name)) continue;
     if (!seen.insert(name).second) throw FmuError("its entry " + shown(name) + " stands twice");
     if (unzOpenCurrentFile(archive.get()) != UNZ_OK)
@@ -116,6 +124,7 @@ void unpack(const std::filesystem::path& file, const std::filesystem::path& dire
     throw FmuError(
         "it has no " + description +
         (deeper.empty() ? "" : " at its top, only " + shown(deeper) + ": archive what is in the folder"));
+  return all;
 }
 
 }  // namespace
@@ -131,8 +140,14 @@ FreshDirectory::~FreshDirectory() {
   std::filesystem::remove_all(path_, left_behind);
 }
 
-void unpack_fmu(const std::filesystem::path& file, const std::filesystem::path& directory) {
-  unpack(file, directory, kFmu);
+std::set<std::string> unpack_fmu(const std::filesystem::path& file, const std::filesystem::path& directory) {
+  std::set<std::string> platforms;
+  constexpr std::string_view kFolder = "binaries/";
+  for (const std::string& name : unpack(file, directory, kFmu))
+    if (const std::size_t end = name.find('/', kFolder.size());
+        name.starts_with(kFolder) && end != std::string::npos && !name.ends_with('/'))
+      platforms.insert(printable(name.substr(kFolder.size(), end - kFolder.size())));
+  return platforms;
 }
 
 void unpack_ssp(const std::filesystem::path& file, const std::filesystem::path& directory) {

@@ -61,7 +61,9 @@ Limits limits_of(const FmuVariable& v) {
     default:
       break;
   }
-  return {std::max(all.lower, v.lower.value_or(all.lower)), std::min(all.upper, v.upper.value_or(all.upper))};
+  const Limits stated{std::max(all.lower, v.lower.value_or(all.lower)),
+                      std::min(all.upper, v.upper.value_or(all.upper))};
+  return stated.lower <= stated.upper ? stated : all;
 }
 
 SignalType signal_type(FmuType type) {
@@ -78,8 +80,17 @@ bool is_signal_name(const std::string& name) {
 }
 
 /// The value of a start or parameter as the host takes it, or a sentence about what is allowed.
-std::string check_value(FmuType type, std::string& value) {
+std::string check_value(const FmuVariable& v, std::string& value) {
+  const FmuType type = v.type;
   if (type == FmuType::text) return {};
+  if (v.items) {
+    std::string names;
+    for (const auto& [name, number] : *v.items) {
+      if (value == name) value = number;
+      if (names.size() < 200) names += ", " + name;
+    }
+    if (!finite_number(value)) return "a whole number or one of its names" + names;
+  }
   if (type == FmuType::boolean) {
     if (value == "1") value = "true";
     if (value == "0") value = "false";
@@ -117,21 +128,36 @@ class Wiring {
   }
 
   void check_step(FmuOffer& offer) const {
-    const double fixed = fmu_.fixed_step_s;
-    if (fixed > 0.0) {
-      const double steps = r_.step_s / fixed;
-      if (std::round(steps) < 1.0 || std::abs(steps - std::round(steps)) > 1e-6 * steps)
-        fail("step_s", "its internal step is " + number_text(fixed, 9) + " s; found a step of " +
-                           number_text(r_.step_s, 9) +
-                           " s; allowed: a whole multiple, e.g. step_s: " + number_text(fixed, 9));
-    } else if (!fmu_.variable_step && fmu_.default_step_s > 0.0 &&
-               std::abs(r_.step_s - fmu_.default_step_s) > 1e-9 * r_.step_s) {
-      fail("step_s", "it takes one step size alone, that of its default experiment; found " +
-                         number_text(r_.step_s, 9) +
-                         " s; allowed: step_s: " + number_text(fmu_.default_step_s, 9));
-    }
+    const auto is_multiple = [this](double of_s) {
+      const double steps = r_.step_s / of_s;
+      return steps > 0.5 && std::abs(steps - std::round(steps)) <= 1e-6 * steps;
+    };
+    const double fixed = fmu_.fixed_step_s, usual = fmu_.default_step_s;
+    if (fixed > 0.0 && !is_multiple(fixed))
+      fail("step_s", "its internal step is " + number_text(fixed, 9) + " s; found a step of " +
+                         number_text(r_.step_s, 9) + " s; allowed: a whole multiple, e.g. step_s: " +
+                         number_text(fixed, 9) + " with a solver.step_s that divides it");
+    // Its steps have to be of one size, not of this one.
+    if (fixed == 0.0 && !fmu_.variable_step && usual > 0.0 && std::abs(r_.step_s - usual) > 1e-6 * usual)
+      offer.notes.push_back(r_.device + ": the FMU takes steps of " + number_text(r_.step_s, 9) +
+                            " s; its description prefers step_s: " + number_text(usual, 9) +
+                            " and states that it cannot vary its step.");
+    if (fmu_.has_event_mode) check_clocks(offer);
     if (!fmu_.can_serialise_state)
       offer.notes.push_back(r_.device + ": the FMU cannot save its state; this cell has no snapshots.");
+  }
+
+  void check_clocks(FmuOffer& offer) const {
+    for (const FmuClock& clock : fmu_.clocks) {
+      const double interval = clock.interval_s, steps = interval / r_.step_s;
+      if (steps < 1.0 - 1e-6)
+        fail("step_s", "its clock '" + clock.name + "' ticks every " + number_text(interval, 9) +
+                           " s; found a step of " + number_text(r_.step_s, 9) + " s; allowed: up to this");
+      if (std::abs(std::round(steps) - steps) > 1e-6 * steps)
+        offer.notes.push_back(r_.device + ": the clock '" + clock.name + "' of the FMU ticks every " +
+                              number_text(interval, 9) + " s, at the end of the step of " +
+                              number_text(r_.step_s, 9) + " s that this falls in.");
+    }
   }
 
   FmuDescription::Element find(const char* key, const std::string& name) const {
@@ -157,7 +183,9 @@ class Wiring {
       if (!value.unit.empty() && value.unit != found.variable->unit)
         fail("file", "the parameter set gives '" + name + "' in the unit '" + value.unit +
                          "'; allowed: that of the FMU, '" + found.variable->unit + "'");
-      (found.variable->causality == "parameter" ? parameters : others)[name] = value.text;
+      (found.variable->causality == "parameter" || found.variable->causality == "structuralParameter"
+           ? parameters
+           : others)[name] = value.text;
     }
     set(parameters, "parameters", start);
     set(others, "start", start);
@@ -168,9 +196,8 @@ class Wiring {
     std::map<const FmuVariable*, fmu_wire::Setting> settings;
     for (const auto& [name, stated] : values) {
       const auto [v, element] = find(key, name);
-      const bool is_parameter = v->causality == "parameter";
-      if (v->causality == "structuralParameter")
-        fail(key, "'" + name + "' is a structural parameter; takt does not change those");
+      const bool structural = v->causality == "structuralParameter";
+      const bool is_parameter = structural || v->causality == "parameter";
       if (parameters && !is_parameter)
         fail(key, "'" + name + "' is no parameter but has the causality " + v->causality +
                       "; start values of inputs and states stand under 'start'");
@@ -184,7 +211,7 @@ class Wiring {
         fail(key,
              "'" + name + "' has the type " + std::string(name_of(v->type)) + ", which takt does not set");
       std::string value = stated;
-      if (const std::string allowed = check_value(v->type, value); !allowed.empty())
+      if (const std::string allowed = check_value(*v, value); !allowed.empty())
         fail(key, "'" + name + "' is " + std::string(name_of(v->type)) + ": found '" + stated +
                       "'; allowed: " + allowed);
       const auto number = finite_number(value);
@@ -195,7 +222,8 @@ class Wiring {
                  "; allowed: " + (v->lower ? "from " + number_text(*v->lower, 9) : "") +
                  (v->upper ? std::string(v->lower ? " " : "") + "up to " + number_text(*v->upper, 9) : ""));
       auto& setting =
-          settings.try_emplace(v, fmu_wire::Setting{v->name, v->type, v->reference, all_starts(*v)})
+          settings
+              .try_emplace(v, fmu_wire::Setting{v->name, v->type, v->reference, structural, all_starts(*v)})
               .first->second;
       setting.values[element] = value;
     }
@@ -218,7 +246,7 @@ class Wiring {
     std::string skipped;
     for (const FmuVariable& v : fmu_.variables) {
       if (v.causality != causality) continue;
-      if (!is_signal(v.type)) {
+      if (!is_signal(v.type) || !v.unusable.empty()) {
         skipped += (skipped.empty() ? "" : ", ") + v.name;
         continue;
       }
@@ -228,8 +256,9 @@ class Wiring {
       }
     }
     if (!skipped.empty())
-      offer.notes.push_back(r_.device + ": no signals are " + skipped.substr(0, 200) +
-                            " of the FMU, as they are no numbers.");
+      offer.notes.push_back(
+          r_.device + ": no signals are " + skipped.substr(0, 200) +
+          " of the FMU, as they are no numbers, or arrays without a size or with too many elements.");
     return wires;
   }
 
@@ -243,7 +272,12 @@ class Wiring {
   }
 
   fmu_wire::Place place_of(const FmuVariable& v, std::size_t element) const {
-    return {v.type, v.reference, v.elements, element, {}};
+    return {v.is_array ? v.name + "[" + std::to_string(element + 1) + "]" : v.name,
+            v.type,
+            v.reference,
+            v.elements,
+            element,
+            {}};
   }
 
   /// The start value as the scenario or else the FMU states it.
@@ -300,13 +334,32 @@ bool is_below(const std::filesystem::path& root, const std::filesystem::path& fi
   return std::mismatch(root.begin(), root.end(), file.begin(), file.end()).first == root.end();
 }
 
-std::filesystem::path library_of(const FmuDescription& fmu, const std::filesystem::path& directory) {
-  const std::string_view platform = fmu.version == 2 ? kPlatform2 : kPlatform3;
-  const std::filesystem::path library = directory / "binaries" / platform / (fmu.identifier + ".so");
-  if (!std::filesystem::exists(library))
-    throw FmuError("it has no binary for this platform: no binaries/" + std::string(platform) + "/" +
-                   fmu.identifier + ".so. It may be made for Windows, or hold source code alone");
-  return library;
+std::filesystem::path library_of(const FmuDescription& fmu, const std::filesystem::path& directory,
+                                 const std::set<std::string>& platforms, const std::string& device,
+                                 std::vector<std::string>& notes) {
+  const std::string platform(fmu.version == 2 ? kPlatform2 : kPlatform3), file = fmu.identifier + ".so";
+  const std::filesystem::path folder = directory / "binaries" / platform;
+  if (std::filesystem::exists(folder / file)) return folder / file;
+  std::error_code none;
+  std::string found, names;
+  std::vector<std::filesystem::path> others;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, none)) {
+    const std::filesystem::path name = entry.path().filename();
+    if (names.size() < 200) names += (names.empty() ? "" : ", ") + printable(name.string());
+    if (name.extension() == ".so") others.push_back(entry.path());
+  }
+  if (others.size() == 1) {
+    notes.push_back(device + ": the FMU's description names the library " + file +
+                    "; takes the only one there, " + printable(others.front().filename().string()) + ".");
+    return others.front();
+  }
+  for (const std::string& other : platforms) found += (found.empty() ? "" : ", ") + other.substr(0, 40);
+  throw FmuError("it has no binary for this platform, binaries/" + platform + "/" + file + "; found " +
+                 (!names.empty()  ? "there only " + names
+                  : found.empty() ? "no binaries"
+                                  : "binaries for " + found) +
+                 ". Export it for Linux on this machine" +
+                 (found.empty() ? ", or compile its sources if it has some" : ""));
 }
 
 }  // namespace
@@ -356,14 +409,22 @@ FmuSystem FmuLibrary::open_system(const std::filesystem::path& stated, const std
 FmuOffer FmuLibrary::open(const FmuRequest& request) {
   const std::filesystem::path file = allowed_file(request.file, request.place("file"));
   FmuOffer offer;
+  std::string tool;  // that the FMU needs
   try {
     auto files = std::make_shared<FreshDirectory>();
     const std::string sha = sha256_of(file);
-    unpack_fmu(file, files->path());
+    const std::set<std::string> platforms = unpack_fmu(file, files->path());
     const FileText xml =
         read_bounded_file(files->path() / "modelDescription.xml", kLargestDescription_bytes >> 20U);
     if (!xml.problem.empty()) throw FmuError("its modelDescription.xml: " + xml.problem);
-    const FmuDescription fmu = read_model_description(xml.text);
+    std::map<std::string, std::string> structural = request.parameters;
+    for (const auto& [name, value] : request.values) structural.emplace(name, value.text);
+    const FmuDescription fmu = read_model_description(xml.text, structural);
+    if (fmu.needs_tool) {
+      tool = fmu.generation_tool.empty() ? "the tool that made it" : fmu.generation_tool.substr(0, 100);
+      offer.notes.push_back(request.device + ": the FMU states that it needs " + tool +
+                            " to run (needsExecutionTool).");
+    }
     auto process = std::make_shared<FmuProcessParameters>();
     process->host = host_;
     process->files = files;
@@ -372,12 +433,16 @@ FmuOffer FmuLibrary::open(const FmuRequest& request) {
     start.version = fmu.version;
     start.instance = request.device;
     start.token = fmu.token;
-    start.library = library_of(fmu, files->path()).string();
+    start.library = library_of(fmu, files->path(), platforms, request.device, offer.notes).string();
     start.resources = (files->path() / "resources").string();
     std::filesystem::create_directories(start.resources);
     start.memory_bytes = static_cast<std::uint64_t>(request.memory_MiB) << 20U;
     start.can_copy_state = fmu.can_copy_state;
     start.can_serialise_state = fmu.can_serialise_state;
+    start.tolerance = fmu.tolerance;
+    if (fmu.has_event_mode)
+      for (const FmuClock& clock : fmu.clocks)
+        start.clocks.push_back({clock.reference, clock.interval_s, clock.shift_s});
     Wiring(request, fmu).connect(offer, start);
     ModelDigest digest;
     digest << sha << request.step_s << start.version;
@@ -399,7 +464,12 @@ FmuOffer FmuLibrary::open(const FmuRequest& request) {
   }
   if (const std::string why = offer.make()->restart(offer.output_start); !why.empty())
     throw ScenarioError(request.place("file") + ": the FMU " + request.file.filename().string() +
-                        " cannot be initialised: " + why);
+                        " cannot be initialised: " + why +
+                        (tool.empty()
+                             ? ""
+                             : ". It needs " + tool +
+                                   " (needsExecutionTool), which takt lets it neither start nor reach "
+                                   "over the network; most tools can export FMUs that run by themselves"));
   return offer;
 }
 

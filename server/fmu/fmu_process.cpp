@@ -20,7 +20,7 @@ namespace {
 using fmu_wire::Answer;
 using fmu_wire::Request;
 
-/// Loading a large library and its initialisation may take longer than a step.
+/// Loading a large library, its initialisation and its first step may take longer than a step.
 constexpr double kLeastStart_s = 30.0;
 
 double monotonic_s() {
@@ -177,9 +177,10 @@ std::string FmuProcess::answer(const std::function<void(StateReader&)>& rest) {
 }
 
 std::string FmuProcess::restart(std::span<double> outputs) {
-  if (socket_ < 0) {
-    if (std::string why = spawn(); !why.empty()) return why;
-  }
+  // Not every FMU comes back from fmi2Reset or fmi3Reset to what it was; a fresh process does.
+  end();
+  if (std::string why = spawn(); !why.empty()) return why;
+  has_stepped_ = false;
   message_.clear();
   StateWriter out(message_);
   out.put(Request::start);
@@ -195,7 +196,9 @@ std::string FmuProcess::step(double t, double h, std::span<const double> inputs,
   message_.clear();
   StateWriter out(message_);
   out.put(Request::step), out.put(t), out.put(h), out.put(inputs);
-  if (std::string why = exchange("a step", p_->timeout_s); !why.empty()) return why;
+  const bool first = !std::exchange(has_stepped_, true);
+  const double timeout_s = first ? std::max(p_->timeout_s, kLeastStart_s) : p_->timeout_s;
+  if (std::string why = exchange(first ? "its first step" : "a step", timeout_s); !why.empty()) return why;
   std::string why = answer([&](StateReader& in) { in.numbers(outputs, "an output"); });
   // After an error FMI allows few calls and after a fatal one none: a restart begins with a fresh process.
   if (!why.empty()) end();

@@ -18,7 +18,7 @@ struct FmuProcessParameters {
   double timeout_s = 5.0;  ///< wall time of one call
 };
 
-/// The process starts with restart(), and again with the first one after a failure.
+/// Each restart() is that of a fresh process.
 class FmuProcess final : public FmuLink {
  public:
   explicit FmuProcess(std::shared_ptr<const FmuProcessParameters> parameters) : p_(std::move(parameters)) {}
@@ -50,6 +50,7 @@ class FmuProcess final : public FmuLink {
   std::shared_ptr<const FmuProcessParameters> p_;
   pid_t child_ = -1;
   int socket_ = -1;
+  bool has_stepped_ = false;  ///< since the start
   std::vector<std::byte> message_;
   std::string notice_;
 };

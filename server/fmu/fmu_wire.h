@@ -24,6 +24,7 @@ enum class Answer : std::uint8_t { good, failed };
 
 /// A variable, or one element of an array. An array is written as a whole: the elements that are no signals keep `start`.
 struct Place {
+  std::string name;  ///< for errors
   FmuType type = FmuType::float64;
   std::uint32_t reference = 0;
   std::uint64_t elements = 1, element = 0;
@@ -35,7 +36,13 @@ struct Setting {
   std::string name;  ///< for errors
   FmuType type = FmuType::float64;
   std::uint32_t reference = 0;
+  bool structural = false;  ///< set in configuration mode (FMI 3.0)
   std::vector<std::string> values{};
+};
+
+struct Clock {
+  std::uint32_t reference = 0;
+  double interval_s = 1.0, shift_s = 0.0;
 };
 
 struct Start {
@@ -43,8 +50,10 @@ struct Start {
   std::string instance, token, library, resources;
   std::uint64_t memory_bytes = 0;
   bool can_copy_state = false, can_serialise_state = false;
+  double tolerance = 0.0;  ///< relative, of its solver; 0: the FMU chooses
   std::vector<Setting> settings{};
   std::vector<Place> inputs{}, outputs{};
+  std::vector<Clock> clocks{};  ///< of an FMU that runs with event mode; empty: without it
 };
 
 inline void put(StateWriter& out, const std::vector<std::string>& texts) {
@@ -59,13 +68,15 @@ inline std::vector<std::string> texts(StateReader& in) {
 inline void put(StateWriter& out, const std::vector<Place>& places) {
   out.put_size(places.size());
   for (const Place& place : places) {
-    out.put(place.type), out.put(place.reference), out.put(place.elements), out.put(place.element);
+    out.put(std::string_view(place.name)), out.put(place.type), out.put(place.reference),
+        out.put(place.elements), out.put(place.element);
     put(out, place.start);
   }
 }
 inline std::vector<Place> places(StateReader& in) {
   std::vector<Place> result(in.size(kMost, "variables"));
   for (Place& place : result) {
+    place.name = in.text(kMost, "letters");
     place.type = static_cast<FmuType>(in.integer(0, static_cast<int>(FmuType::clock), "a type"));
     place.reference = in.get<std::uint32_t>();
     place.elements = in.get<std::uint64_t>(), place.element = in.get<std::uint64_t>();
@@ -78,12 +89,17 @@ inline void put(StateWriter& out, const Start& start) {
   for (const std::string* text : {&start.instance, &start.token, &start.library, &start.resources})
     out.put(std::string_view(*text));
   out.put(start.memory_bytes), out.put(start.can_copy_state), out.put(start.can_serialise_state);
+  out.put(start.tolerance);
   out.put_size(start.settings.size());
   for (const Setting& setting : start.settings) {
     out.put(std::string_view(setting.name)), out.put(setting.type), out.put(setting.reference);
+    out.put(setting.structural);
     put(out, setting.values);
   }
   put(out, start.inputs), put(out, start.outputs);
+  out.put_size(start.clocks.size());
+  for (const Clock& clock : start.clocks)
+    out.put(clock.reference), out.put(clock.interval_s), out.put(clock.shift_s);
 }
 inline Start read_start(StateReader& in) {
   Start start;
@@ -92,14 +108,21 @@ inline Start read_start(StateReader& in) {
     *text = in.text(kMost, "letters");
   start.memory_bytes = in.get<std::uint64_t>();
   start.can_copy_state = in.flag("a flag"), start.can_serialise_state = in.flag("a flag");
+  start.tolerance = in.get<double>();
   start.settings.resize(in.size(kMost, "settings"));
   for (Setting& setting : start.settings) {
     setting.name = in.text(kMost, "letters");
     setting.type = static_cast<FmuType>(in.integer(0, static_cast<int>(FmuType::clock), "a type"));
     setting.reference = in.get<std::uint32_t>();
+    setting.structural = in.flag("a flag");
     setting.values = texts(in);
   }
   start.inputs = places(in), start.outputs = places(in);
+  start.clocks.resize(in.size(kMost, "clocks"));
+  for (Clock& clock : start.clocks) {
+    clock.reference = in.get<std::uint32_t>();
+    clock.interval_s = in.get<double>(), clock.shift_s = in.get<double>();
+  }
   return start;
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
 #include <map>
 #include <sstream>
 
@@ -16,8 +17,8 @@ namespace {
 
 using tinyxml2::XMLElement;
 
-constexpr std::size_t kMostVariables = 100'000;
-constexpr std::size_t kMostElements = 10'000;  // of an array
+constexpr std::size_t kMostVariables = 500'000;
+constexpr std::size_t kMostElements = 10'000;  // of an array that is used
 
 constexpr std::array<std::string_view, 15> kTypes{"Float64", "Float32",     "Int8",   "UInt8",  "Int16",
                                                   "UInt16",  "Int32",       "UInt32", "Int64",  "UInt64",
@@ -55,11 +56,19 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(first, text.find_last_not_of(kSpace) + 1 - first);
 }
 
-/// None: no attribute, or a number that limits nothing (INF, -INF, NaN).
+/// Infinity, NaN and numbers beyond those of the machine, in the spellings of XML Schema and of programming languages.
+bool is_no_finite_number(std::string_view text) {
+  const std::string word(text);
+  char* end = nullptr;
+  const double value = std::strtod(word.c_str(), &end);
+  return end == word.c_str() + word.size() && !std::isfinite(value);
+}
+
+/// None: no attribute, or a number that limits nothing.
 std::optional<double> number_of(const XMLElement& element, const char* name) {
   const std::string stated = text_of(element, name);
   const std::string_view text = trimmed(stated);
-  if (text.empty() || text == "INF" || text == "+INF" || text == "-INF" || text == "NaN") return {};
+  if (text.empty() || is_no_finite_number(text)) return {};
   const auto value = finite_number(text);
   if (!value)
     throw FmuError(at(element) + "the attribute " + name + " is '" + stated.substr(0, 40) +
@@ -103,11 +112,13 @@ std::vector<std::string> words(const std::string& text) {
 struct DeclaredType {
   std::string unit;
   std::optional<double> lower, upper;
+  std::shared_ptr<std::map<std::string, std::string>> items{};
 };
 
 class Reader {
  public:
-  explicit Reader(const XMLElement& root) : root_(root) {}
+  Reader(const XMLElement& root, const std::map<std::string, std::string>& structural)
+      : root_(root), structural_(structural) {}
 
   FmuDescription read() {
     const std::string version = text_of(root_, "fmiVersion");
@@ -122,8 +133,10 @@ class Reader {
     d_.generation_tool = shown(root_, "generationTool");
     d_.license = shown(root_, "license");
     read_interface();
-    if (const XMLElement* experiment = root_.FirstChildElement("DefaultExperiment"); experiment != nullptr)
+    if (const XMLElement* experiment = root_.FirstChildElement("DefaultExperiment"); experiment != nullptr) {
       d_.default_step_s = std::max(0.0, number_of(*experiment, "stepSize").value_or(0.0));
+      d_.tolerance = std::max(0.0, number_of(*experiment, "tolerance").value_or(0.0));
+    }
     read_types();
     read_variables();
     return std::move(d_);
@@ -141,17 +154,14 @@ class Reader {
           " and no co-simulation; takt takes co-simulation alone. Most tools can export the model so");
     }
     d_.identifier = text_of(*slave, "modelIdentifier");
-    const auto usual = [](char c) {
-      return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
-    };
-    if (d_.identifier.empty() || d_.identifier.size() > 200 ||
-        !std::all_of(d_.identifier.begin(), d_.identifier.end(), usual))
-      throw FmuError(at(*slave) + "the attribute modelIdentifier is '" + d_.identifier.substr(0, 40) +
-                     "'; allowed are letters, digits and underscores");
-    if (flag_of(*slave, "needsExecutionTool"))
-      throw FmuError("it needs the tool that made it" +
-                     (d_.generation_tool.empty() ? "" : ", " + d_.generation_tool.substr(0, 100)) +
-                     " (needsExecutionTool); takt takes FMUs that run by themselves");
+    // It is the name of a file. FMI allows the letters of a C identifier; more are in use.
+    if (d_.identifier.empty() || d_.identifier.size() > 200 || d_.identifier.starts_with('.') ||
+        std::any_of(d_.identifier.begin(), d_.identifier.end(),
+                    [](char c) { return c == '/' || c == '\\' || static_cast<unsigned char>(c) < 0x20; }))
+      throw FmuError(at(*slave) + "the attribute modelIdentifier is '" +
+                     shown(*slave, "modelIdentifier").substr(0, 40) + "'; allowed is the name of a file");
+    d_.needs_tool = flag_of(*slave, "needsExecutionTool");
+    d_.has_event_mode = flag_of(*slave, "hasEventMode");
     d_.variable_step = flag_of(*slave, "canHandleVariableCommunicationStepSize");
     const bool two = d_.version == 2;
     d_.can_copy_state = flag_of(*slave, two ? "canGetAndSetFMUstate" : "canGetAndSetFMUState");
@@ -168,13 +178,15 @@ class Reader {
       const XMLElement* of = d_.version == 2 ? type->FirstChildElement() : type;
       if (of == nullptr) continue;
       DeclaredType& declared = types_[text_of(*type, "name")];
-      declared = {shown(*of, "unit"), number_of(*of, "min"), number_of(*of, "max")};
+      declared = {shown(*of, "unit"), number_of(*of, "min"), number_of(*of, "max"), {}};
       // Of an enumeration: the values of its items.
       for (const XMLElement* item = of->FirstChildElement("Item"); item != nullptr;
            item = item->NextSiblingElement("Item")) {
         const double value = number_of(*item, "value").value_or(0.0);
         declared.lower = std::min(declared.lower.value_or(value), value);
         declared.upper = std::max(declared.upper.value_or(value), value);
+        if (!declared.items) declared.items = std::make_shared<std::map<std::string, std::string>>();
+        declared.items->emplace(text_of(*item, "name"), trimmed(text_of(*item, "value")));
       }
     }
   }
@@ -218,9 +230,14 @@ class Reader {
       if (v.unit.empty()) v.unit = declared->second.unit;
       if (!v.lower) v.lower = declared->second.lower;
       if (!v.upper) v.upper = declared->second.upper;
+      v.items = declared->second.items;
     }
     v.start = start_of(*typed, v.type);
+    if (const auto chosen = structural_.find(v.name);
+        chosen != structural_.end() && v.causality == "structuralParameter")
+      v.start = {chosen->second};
     v.is_array = e.FirstChildElement("Dimension") != nullptr && d_.version == 3;
+    if (v.type == FmuType::clock && v.causality == "input") read_clock(e, v);
     if (v.is_array) arrays_.emplace_back(d_.variables.size(), &e);
     add_name(e, v.name);
     if (d_.version == 3)
@@ -229,6 +246,26 @@ class Reader {
         add_name(*alias, text_of(*alias, "name"));
     by_reference_.emplace(v.reference, d_.variables.size());
     d_.variables.push_back(std::move(v));
+  }
+
+  /// Its interval stands in the clock or its type, in seconds or as a count of a resolution; clocks that the FMU or others
+  /// trigger have none.
+  void read_clock(const XMLElement& e, const FmuVariable& v) {
+    const XMLElement* type = root_.FirstChildElement("TypeDefinitions");
+    type = type == nullptr ? nullptr : type->FirstChildElement("ClockType");
+    while (type != nullptr && text_of(*type, "name") != text_of(e, "declaredType"))
+      type = type->NextSiblingElement("ClockType");
+    const auto stated = [&](const char* name) {
+      const auto own = number_of(e, name);
+      return own || type == nullptr ? own : number_of(*type, name);
+    };
+    const auto seconds = [&](const char* decimal, const char* counter) {
+      const double resolution = stated("resolution").value_or(0.0);
+      return stated(decimal).value_or(resolution > 0.0 ? stated(counter).value_or(0.0) / resolution : 0.0);
+    };
+    const double interval_s = seconds("intervalDecimal", "intervalCounter");
+    if (interval_s > 0.0)
+      d_.clocks.push_back({v.name, v.reference, interval_s, seconds("shiftDecimal", "shiftCounter")});
   }
 
   /// Texts of FMI 3.0 stand in elements of their own.
@@ -253,11 +290,13 @@ class Reader {
       throw FmuError(at(e) + "two variables have the name '" + name + "'");
   }
 
-  /// Dimensions are numbers, or variables with a start value.
+  /// Dimensions are numbers, or variables with a start value. An array without a size, or with too many elements, is
+  /// refused where it is used.
   void count_elements() {
     for (const auto& [index, e] : arrays_) {
       FmuVariable& v = d_.variables[index];
-      for (const XMLElement* dimension = e->FirstChildElement("Dimension"); dimension != nullptr;
+      for (const XMLElement* dimension = e->FirstChildElement("Dimension");
+           dimension != nullptr && v.unusable.empty();
            dimension = dimension->NextSiblingElement("Dimension")) {
         std::string size = text_of(*dimension, "start");
         if (size.empty()) {
@@ -265,19 +304,22 @@ class Reader {
           if (of != by_reference_.end() && !d_.variables[of->second].start.empty())
             size = d_.variables[of->second].start.front();
         }
-        const auto number = finite_number(size);
+        const auto number = finite_number(trimmed(size));
+        const double elements = static_cast<double>(v.elements) * number.value_or(0.0);
         if (!number || *number < 0.0 || *number != std::floor(*number))
-          throw FmuError(at(*dimension) + "a dimension of '" + v.name + "' has no size");
-        const double elements = static_cast<double>(v.elements) * *number;
-        if (elements > static_cast<double>(kMostElements))
-          throw FmuError(at(*dimension) + "the array '" + v.name + "' has more than " +
-                         std::to_string(kMostElements) + " elements; takt takes no more");
-        v.elements = static_cast<std::size_t>(elements);
+          v.unusable = at(*dimension) + "a dimension of '" + v.name + "' has no size";
+        else if (elements > static_cast<double>(kMostElements))
+          v.unusable = at(*dimension) + "the array '" + v.name + "' has more than " +
+                       std::to_string(kMostElements) + " elements; takt takes no more";
+        else
+          v.elements = static_cast<std::size_t>(elements);
       }
+      if (!v.unusable.empty()) v.elements = 0;
     }
   }
 
   const XMLElement& root_;
+  const std::map<std::string, std::string>& structural_;
   FmuDescription d_;
   std::map<std::string, DeclaredType> types_;
   std::vector<std::pair<std::size_t, const XMLElement*>> arrays_;
@@ -307,6 +349,7 @@ std::string_view name_of(FmuType type) {
 FmuDescription::Element FmuDescription::find(const std::string& name) const {
   if (const auto found = by_name.find(name); found != by_name.end()) {
     const FmuVariable& v = variables[found->second];
+    if (!v.unusable.empty()) throw FmuError(v.unusable);
     if (v.is_array)
       throw FmuError("'" + name + "' is an array with " + std::to_string(v.elements) +
                      " elements; a signal is one of them, e.g. " + name + "[1]");
@@ -318,6 +361,7 @@ FmuDescription::Element FmuDescription::find(const std::string& name) const {
     const auto number = finite_number(name.substr(bracket + 1, name.size() - bracket - 2));
     if (of != by_name.end() && variables[of->second].is_array && number) {
       const FmuVariable& v = variables[of->second];
+      if (!v.unusable.empty()) throw FmuError(v.unusable);
       if (!(*number >= 1.0 && *number <= static_cast<double>(v.elements)) || *number != std::floor(*number))
         throw FmuError("'" + name + "' is no element of the array, which has " + std::to_string(v.elements));
       return {&v, static_cast<std::size_t>(*number) - 1};
@@ -330,7 +374,8 @@ FmuDescription::Element FmuDescription::find(const std::string& name) const {
                  (variables.size() > 8 ? " and " + std::to_string(variables.size() - 8) + " more" : ""));
 }
 
-FmuDescription read_model_description(std::string_view stated) {
+FmuDescription read_model_description(std::string_view stated,
+                                      const std::map<std::string, std::string>& structural) {
   const std::string xml = in_utf8(stated);
   tinyxml2::XMLDocument document;
   if (document.Parse(xml.data(), xml.size()) != tinyxml2::XML_SUCCESS)
@@ -338,7 +383,7 @@ FmuDescription read_model_description(std::string_view stated) {
                    std::to_string(document.ErrorLineNum()));
   const XMLElement* root = document.FirstChildElement("fmiModelDescription");
   if (root == nullptr) throw FmuError("its modelDescription.xml has no element fmiModelDescription");
-  return Reader(*root).read();
+  return Reader(*root, structural).read();
 }
 
 }  // namespace takt

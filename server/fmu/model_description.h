@@ -1,6 +1,8 @@
 #pragma once
 // modelDescription.xml of an FMU (FMI 2.0 and 3.0), as far as a master of co-simulation needs it.
 #include <cstdint>
+#include <map>
+#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -50,16 +52,30 @@ struct FmuVariable {
   std::vector<std::string> start{};  ///< by element
   std::size_t elements = 1;
   bool is_array = false;
+  std::string unusable{};  ///< why no signal or value can be an element of this array; else empty
+  /// Of an enumeration, if its description names them: values by name.
+  std::shared_ptr<const std::map<std::string, std::string>> items{};
+};
+
+/// An input clock of FMI 3.0 that ticks at shift_s + k * interval_s.
+struct FmuClock {
+  std::string name;
+  std::uint32_t reference = 0;
+  double interval_s = 0.0, shift_s = 0.0;
 };
 
 /// An FMU for co-simulation.
 struct FmuDescription {
   int version = 2;  ///< 2 or 3
   std::string model_name, token, generation_tool, license, identifier;
+  bool needs_tool = false;  ///< that made it, to run
+  bool has_event_mode = false;
   bool variable_step = false, can_copy_state = false, can_serialise_state = false;
   double fixed_step_s = 0.0;    ///< 0: not stated
   double default_step_s = 0.0;  ///< of the default experiment; 0: not stated
+  double tolerance = 0.0;       ///< of the default experiment, relative; 0: not stated
   std::vector<FmuVariable> variables;
+  std::vector<FmuClock> clocks;  ///< with constant intervals
   std::unordered_map<std::string, std::size_t> by_name;
 
   /// A variable, or an element NAME[i] of an array, from 1 on. Throws FmuError.
@@ -73,7 +89,9 @@ struct FmuDescription {
 /// Letters, digits and underscores of a variable's name: motor.tau[1] is motor_tau_1.
 std::string signal_name(const std::string& variable);
 
-/// Throws FmuError: no XML, no FMI 2.0 or 3.0, no co-simulation, needs a tool, or beyond the limits.
-FmuDescription read_model_description(std::string_view xml);
+/// `structural`: values of structural parameters by name, which set sizes of arrays; other names are ignored. Throws FmuError: no
+/// XML, no FMI 2.0 or 3.0, no co-simulation, or beyond the limits.
+FmuDescription read_model_description(std::string_view xml,
+                                      const std::map<std::string, std::string>& structural = {});
 
 }  // namespace takt

@@ -15,9 +15,12 @@ struct Component {
   std::unique_ptr<takt::CellInstance> cell;
 
   fmi2Status fail(const std::string& why, fmi2Status status = fmi2Error) const {
-    if (logger != nullptr)
-      logger(environment, name.c_str(), status, status == fmi2Discard ? "logStatusDiscard" : "logStatusError",
-             "%s", why.c_str());
+    if (logger == nullptr) return status;
+    // The message is a format. Not every importer fills one in, so it has no arguments.
+    std::string message;
+    for (const char c : why) message += c == '%' ? "%%" : std::string(1, c);
+    logger(environment, name.c_str(), status, status == fmi2Discard ? "logStatusDiscard" : "logStatusError",
+           message.c_str());
     return status;
   }
 };

@@ -67,7 +67,7 @@ INSTANTIATE_TEST_SUITE_P(
                     TroubleCase{Trouble::error,
                                 "answered fmi2Error to fmi2DoStep: \"the brushes are worn at 0.01 s\""},
                     TroubleCase{Trouble::fatal, "answered fmi2Fatal to fmi2DoStep"},
-                    TroubleCase{Trouble::not_a_number, "an output of the FMU is nan"},
+                    TroubleCase{Trouble::not_a_number, "' of the FMU is nan; takt takes numbers up to 1e+30"},
                     TroubleCase{Trouble::leave, "ended its process with exit code 7"},
                     TroubleCase{Trouble::abort_itself, "crashed: signal 6"},
                     TroubleCase{Trouble::stop_itself, "did not answer a step within 2 s (timeout_s)"},

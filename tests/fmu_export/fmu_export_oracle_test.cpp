@@ -1,7 +1,14 @@
 // Cells exported as FMUs and imported again: the bits of the same cell that runs here, states, several instances, refusals.
+#include <dlfcn.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cstdarg>
+#include <cstdio>
+#include <cstdlib>
+
+#include "server/fmu/standard/fmi2FunctionTypes.h"
 #include "server/fmu_export/exporter.h"
 #include "server/headless/in_process_controller.h"
 #include "server/scenario/scenario_reader.h"
@@ -111,6 +118,31 @@ TEST(FmuExport, AStepThatIsNoMultipleOfTheCellsIsDiscarded) {
   EXPECT_THAT(
       cell.notices(),
       HasSubstr("the communication step is 0.015 s; allowed is a whole multiple of the cell's step, 0.01 s"));
+}
+
+std::string logged_format, logged_text;
+
+/// Importers print the format or what it becomes.
+TEST(FmuExport, AMessageOfFmi2IsWholeWithAndWithoutFormatting) {
+  void* library = ::dlopen(kCellLibrary.c_str(), RTLD_NOW | RTLD_LOCAL);
+  ASSERT_NE(library, nullptr) << ::dlerror();
+  const auto instantiate = reinterpret_cast<fmi2InstantiateTYPE*>(::dlsym(library, "fmi2Instantiate"));
+  ASSERT_NE(instantiate, nullptr);
+  const fmi2CallbackFunctions callbacks{
+      [](fmi2ComponentEnvironment, fmi2String, fmi2Status, fmi2String, fmi2String message, ...) {
+        std::array<char, 1000> text{};
+        va_list arguments;
+        va_start(arguments, message);
+        std::vsnprintf(text.data(), text.size(), message, arguments);
+        va_end(arguments);
+        logged_format = message, logged_text = text.data();
+      },
+      &std::calloc, &std::free, nullptr, nullptr};
+  EXPECT_EQ(instantiate("one", fmi2CoSimulation, "guid", "file:///no/such/folder/of/100%25d", &callbacks,
+                        fmi2False, fmi2False),
+            nullptr);
+  EXPECT_THAT(logged_text, HasSubstr("/no/such/folder/of/100%d"));
+  EXPECT_THAT(logged_format, HasSubstr("/no/such/folder/of/100"));
 }
 
 }  // namespace

@@ -206,6 +206,24 @@ TEST(ClientAndService, AFaultyProgramIsReportedWithItsPlace) {
   EXPECT_NE(controller.text.find("this program is broken"), std::string::npos) << controller.text;
 }
 
+/// A cell that runs faster or slower than wall time goes on so when a robot's program joins it.
+TEST(ClientAndService, AProgramInRealTimeKeepsTheFactorOfThePace) {
+  const DdsService service(paused_loop());
+  Client client(options_for(takt::test::test_cell()));
+  client.set_pace(takt::Pace::realtime, 0.5);
+  ChildProcess controller({kBin + "/takt-controller", kConfig / "programs" / "block_assembly.lua", "--pace",
+                           "realtime", "--start", "--cell", takt::test::test_cell(), "--domain",
+                           std::to_string(takt::test::test_domain())});
+  const auto plays = client.wait_for(
+      takt::topics::status, [](const takt::Status& s) { return s.state == SimulationState::playing; },
+      kGenerous);
+  ASSERT_TRUE(plays) << controller.text;
+  EXPECT_EQ(plays->pace, takt::Pace::realtime);
+  EXPECT_EQ(plays->pace_factor, 0.5);
+  controller.signal(SIGTERM);
+  EXPECT_EQ(controller.wait(), 0) << controller.text;
+}
+
 TEST(TaktCommand, ExitCodesSeparateUsageFromFailure) {
   const std::string domain = std::to_string(takt::test::test_domain());
   ChildProcess usage({kBin + "/takt", "no_such_command"});

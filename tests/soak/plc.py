@@ -14,6 +14,7 @@ import math
 import os
 import random
 import re
+import signal
 import socket
 import subprocess
 import sys
@@ -139,6 +140,7 @@ def main():
     arguments = parser.parse_args()
     if not Path("/usr/bin/halrun").exists() or not Path("/usr/bin/mb2hal").exists():
         sys.exit("soak plc: needs the soft PLC: apt-get install --no-install-recommends linuxcnc-uspace")
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit("soak plc: ended from outside"))  # the PLC ends with it
     with tempfile.TemporaryDirectory() as temporary:
         folder, failure = Path(temporary), ""
         line = Line(arguments.bin.resolve(), arguments.config.resolve(), folder)

@@ -11,7 +11,7 @@ if (!existsSync(`${bin}/../share/takt/opcua/takt-opcua.mjs`)) skip('npm could no
 const [major, minor] = process.versions.node.split('.').map(Number);
 if (major < 20 || (major === 20 && minor < 19)) skip(`node-opcua's client needs Node.js 20.19; this is ${process.version}`);
 process.env.XDG_CONFIG_HOME = `${work}/config`;  // of both sides: certificates
-const {AttributeIds, DataType, compareWithType, connect, constructEventFilter, later, until} = await import('./opcua_client.mjs');
+const {AttributeIds, DataType, StatusCodes, compareWithType, connect, constructEventFilter, later, until} = await import('./opcua_client.mjs');
 
 // A slide with its safety device, a light barrier with a block in its beam, and a wired input.
 const cell = `${work}/opcua.yaml`;
@@ -83,6 +83,8 @@ assert.deepEqual(await plc.write({
   'Guard.speed': ['Double', 1], 'Wrist.tare': ['Boolean', true], 'Guard.speed_override': ['String', 'fast'], 'Guard.reset': ['Double', 1], 'Guard.window': ['Boolean', true],
 }), ['BadNotWritable', 'BadNotWritable', 'BadTypeMismatch', 'BadTypeMismatch', 'BadNodeIdUnknown']);
 for (const number of [100.5, -1, NaN, Infinity]) assert.deepEqual(await plc.write({'Guard.speed_override': ['Double', number]}), ['BadOutOfRange'], String(number));
+const [doubtful] = await plc.session.write([{nodeId: plc.id('Guard.speed_override'), attributeId: AttributeIds.Value, value: {statusCode: StatusCodes.BadSensorFailure, value: {dataType: DataType.Double, value: 70}}}]);
+assert.equal(doubtful.name, 'BadWriteNotSupported');
 assert.equal(signals()['Guard.speed_override'].value, 50);
 assert.deepEqual(await plc.write({'Guard.door_closed': ['Boolean', true], 'Guard.speed_override': ['Double', 100]}), ['Good', 'Good']);
 assert.deepEqual(await plc.call('Reset'), {status: 'Good', outputs: []});

@@ -3,7 +3,7 @@ import certificates from 'node-opcua-certificate-manager';
 import client from 'node-opcua-client';
 
 const {OPCUAClient, Variant} = client;
-export const {AttributeIds, DataType, MessageSecurityMode, SecurityPolicy, UserTokenType, constructEventFilter} = client;
+export const {AttributeIds, DataType, MessageSecurityMode, SecurityPolicy, StatusCodes, UserTokenType, constructEventFilter} = client;
 export const {OPCUACertificateManager} = certificates;
 
 const MANDATORY = 'i=78', MANDATORY_PLACEHOLDER = 'i=11510';

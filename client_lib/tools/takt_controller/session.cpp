@@ -52,7 +52,7 @@ class Session {
     if (const std::string refusal = reporter_.begin(options_.program); !refusal.empty())
       std::fprintf(stderr, "takt-controller: note: viewers do not see the program: %s\n", refusal.c_str());
     try {
-      if (options_.pace) cell_.set_pace(*options_.pace);
+      if (options_.pace) cell_.set_pace(*options_.pace, cell_.status().pace_factor);
       begin_at(cell_.state());
       if (again && cell_.state().time > kFresh_s) {
         next_boundary_ = std::numeric_limits<double>::infinity();

@@ -30,42 +30,41 @@ const char* word(fmi2Status status) {
   return kWords[static_cast<std::size_t>(status) % kWords.size()];
 }
 
-void check(const char* call, fmi2Status status) {
+void check(const std::string& call, fmi2Status status) {
   if (status == fmi2OK || status == fmi2Warning) return;
   throw FmiError(with_message(std::string("the FMU answered fmi2") + word(status) + " to " + call));
 }
 
-// Functions that every co-simulation FMU has, and those for its state.
-#define TAKT_FMI2_FUNCTIONS(use)                                                                       \
-  use(GetVersion) use(Instantiate) use(FreeInstance) use(SetupExperiment) use(EnterInitializationMode) \
-      use(ExitInitializationMode) use(Reset) use(GetReal) use(GetInteger) use(GetBoolean) use(SetReal) \
-          use(SetInteger) use(SetBoolean) use(SetString) use(DoStep) use(GetRealStatus)                \
-              use(GetBooleanStatus)
-#define TAKT_FMI2_STATE_FUNCTIONS(use)                                                                   \
-  use(GetFMUstate) use(SetFMUstate) use(FreeFMUstate) use(SerializedFMUstateSize) use(SerializeFMUstate) \
-      use(DeSerializeFMUstate)
+// Functions that every run needs, and others.
+#define TAKT_FMI2_FUNCTIONS(use)                                                     \
+  use(GetVersion) use(Instantiate) use(SetupExperiment) use(EnterInitializationMode) \
+      use(ExitInitializationMode) use(DoStep)
+#define TAKT_FMI2_OTHER_FUNCTIONS(use)                                                                     \
+  use(GetReal) use(GetInteger) use(GetBoolean) use(SetReal) use(SetInteger) use(SetBoolean) use(SetString) \
+      use(GetRealStatus) use(GetBooleanStatus) use(GetFMUstate) use(SetFMUstate) use(FreeFMUstate)         \
+          use(SerializedFMUstateSize) use(SerializeFMUstate) use(DeSerializeFMUstate)
 
 struct Functions {
-#define TAKT_FMI2(name) fmi2##name##TYPE* name = nullptr;
+#define TAKT_FMI2(name) Function<fmi2##name##TYPE> name;
   TAKT_FMI2_FUNCTIONS(TAKT_FMI2)
-  TAKT_FMI2_STATE_FUNCTIONS(TAKT_FMI2)
+  TAKT_FMI2_OTHER_FUNCTIONS(TAKT_FMI2)
 #undef TAKT_FMI2
 };
 
-template <class Type>
-void find(void* library, const char* name, Type*& to) {
-  to = reinterpret_cast<Type*>(function(library, name));
+std::string of(const char* call, const std::string& variable) {
+  return std::string(call) + " of '" + variable + "'";
 }
 
 class Instance final : public FmiInstance {
  public:
   explicit Instance(const fmu_wire::Start& start) : p_(start) {
     void* library = open_library(p_.library);
-#define TAKT_FMI2(name) find(library, "fmi2" #name, f_.name);
+#define TAKT_FMI2(name) f_.name.find(library, "fmi2" #name);
     TAKT_FMI2_FUNCTIONS(TAKT_FMI2)
-    if (p_.can_serialise_state) {
-      TAKT_FMI2_STATE_FUNCTIONS(TAKT_FMI2)
-    }
+    TAKT_FMI2_OTHER_FUNCTIONS(TAKT_FMI2)
+#undef TAKT_FMI2
+#define TAKT_FMI2(name) f_.name.require();
+    TAKT_FMI2_FUNCTIONS(TAKT_FMI2)
 #undef TAKT_FMI2
     const char* version = f_.GetVersion();
     if (version == nullptr || std::string(version).rfind("2.", 0) != 0)
@@ -74,18 +73,13 @@ class Instance final : public FmiInstance {
   }
 
   void start(std::span<double> outputs) override {
-    if (c_ != nullptr && f_.Reset(c_) > fmi2Warning) {
-      f_.FreeInstance(c_);
-      c_ = nullptr;
-    }
-    if (c_ == nullptr) {
-      const std::string uri = "file://" + p_.resources;
-      c_ = f_.Instantiate(p_.instance.c_str(), fmi2CoSimulation, p_.token.c_str(), uri.c_str(), &callbacks_,
-                          fmi2False, fmi2False);
-    }
+    const std::string uri = "file://" + p_.resources;
+    c_ = f_.Instantiate(p_.instance.c_str(), fmi2CoSimulation, p_.token.c_str(), uri.c_str(), &callbacks_,
+                        fmi2False, fmi2False);
     if (c_ == nullptr) throw FmiError(no_instance("fmi2Instantiate", "guid", p_.token));
     for (const Setting& setting : p_.settings) set(setting);
-    check("fmi2SetupExperiment", f_.SetupExperiment(c_, fmi2False, 0.0, 0.0, fmi2False, 0.0));
+    check("fmi2SetupExperiment", f_.SetupExperiment(c_, p_.tolerance > 0.0 ? fmi2True : fmi2False,
+                                                    p_.tolerance, 0.0, fmi2False, 0.0));
     check("fmi2EnterInitializationMode", f_.EnterInitializationMode(c_));
     check("fmi2ExitInitializationMode", f_.ExitInitializationMode(c_));
     get(outputs);
@@ -100,9 +94,9 @@ class Instance final : public FmiInstance {
           "the FMU answered fmi2Pending to fmi2DoStep: it computes asynchronously, which takt does not take");
     if (status == fmi2Discard) {
       fmi2Boolean ended = fmi2False;
-      f_.GetBooleanStatus(c_, fmi2Terminated, &ended);
+      if (f_.GetBooleanStatus) f_.GetBooleanStatus(c_, fmi2Terminated, &ended);
       fmi2Real reached = t;
-      f_.GetRealStatus(c_, fmi2LastSuccessfulTime, &reached);
+      if (f_.GetRealStatus) f_.GetRealStatus(c_, fmi2LastSuccessfulTime, &reached);
       throw FmiError(with_message(ended != fmi2False
                                       ? "the FMU ended its simulation at " + std::to_string(reached) + " s"
                                       : "the FMU answered fmi2Discard to the step from " + std::to_string(t) +
@@ -143,25 +137,25 @@ class Instance final : public FmiInstance {
     const fmi2ValueReference at = setting.reference;
     if (setting.type == FmuType::text) {
       const fmi2String text = value.c_str();
-      check("fmi2SetString", f_.SetString(c_, &at, 1, &text));
+      check(of("fmi2SetString", setting.name), f_.SetString(c_, &at, 1, &text));
     } else if (setting.type == FmuType::boolean) {
       const fmi2Boolean flag = value == "true" ? fmi2True : fmi2False;
-      check("fmi2SetBoolean", f_.SetBoolean(c_, &at, 1, &flag));
+      check(of("fmi2SetBoolean", setting.name), f_.SetBoolean(c_, &at, 1, &flag));
     } else {
-      set({setting.type, setting.reference, 1, 0, {}}, std::strtod(value.c_str(), nullptr));
+      set({setting.name, setting.type, setting.reference, 1, 0, {}}, std::strtod(value.c_str(), nullptr));
     }
   }
 
   void set(const Place& place, double value) {
     const fmi2ValueReference at = place.reference;
     if (place.type == FmuType::float64) {
-      check("fmi2SetReal", f_.SetReal(c_, &at, 1, &value));
+      check(of("fmi2SetReal", place.name), f_.SetReal(c_, &at, 1, &value));
     } else if (place.type == FmuType::boolean) {
       const fmi2Boolean flag = value >= 0.5 ? fmi2True : fmi2False;
-      check("fmi2SetBoolean", f_.SetBoolean(c_, &at, 1, &flag));
+      check(of("fmi2SetBoolean", place.name), f_.SetBoolean(c_, &at, 1, &flag));
     } else {
       const auto whole = static_cast<fmi2Integer>(std::lround(value));
-      check("fmi2SetInteger", f_.SetInteger(c_, &at, 1, &whole));
+      check(of("fmi2SetInteger", place.name), f_.SetInteger(c_, &at, 1, &whole));
     }
   }
 
@@ -170,14 +164,14 @@ class Instance final : public FmiInstance {
       const Place& place = p_.outputs[i];
       const fmi2ValueReference at = place.reference;
       if (place.type == FmuType::float64) {
-        check("fmi2GetReal", f_.GetReal(c_, &at, 1, &outputs[i]));
+        check(of("fmi2GetReal", place.name), f_.GetReal(c_, &at, 1, &outputs[i]));
       } else if (place.type == FmuType::boolean) {
         fmi2Boolean flag = fmi2False;
-        check("fmi2GetBoolean", f_.GetBoolean(c_, &at, 1, &flag));
+        check(of("fmi2GetBoolean", place.name), f_.GetBoolean(c_, &at, 1, &flag));
         outputs[i] = flag != fmi2False ? 1.0 : 0.0;
       } else {
         fmi2Integer whole = 0;
-        check("fmi2GetInteger", f_.GetInteger(c_, &at, 1, &whole));
+        check(of("fmi2GetInteger", place.name), f_.GetInteger(c_, &at, 1, &whole));
         outputs[i] = whole;
       }
     }

@@ -1,6 +1,7 @@
-// FMI 3.0, co-simulation without event mode: section 4.2 of the standard.
+// FMI 3.0, co-simulation: section 4.2 of the standard. Event mode is used where clocks tick; other FMUs handle their events.
 #include <fmi3FunctionTypes.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdlib>
@@ -20,16 +21,11 @@ void log(fmi3InstanceEnvironment, fmi3Status status, fmi3String, fmi3String mess
   last_message() = std::string(message).substr(0, 500);
 }
 
-void check(const char* call, fmi3Status status) {
+void check(const std::string& call, fmi3Status status) {
   constexpr std::array<const char*, 5> kWords{"OK", "Warning", "Discard", "Error", "Fatal"};
   if (status == fmi3OK || status == fmi3Warning) return;
   throw FmiError(with_message(std::string("the FMU answered fmi3") +
                               kWords[static_cast<std::size_t>(status) % kWords.size()] + " to " + call));
-}
-
-template <class Type>
-void find(void* library, const char* name, Type*& to) {
-  to = reinterpret_cast<Type*>(function(library, name));
 }
 
 /// Numbers as texts: whole ones with all their digits.
@@ -59,27 +55,29 @@ T to_type(double value) {
     return static_cast<T>(value);
 }
 
-// Functions that every co-simulation FMU has, and those for its state.
-#define TAKT_FMI3_FUNCTIONS(use)                                                                          \
-  use(GetVersion) use(InstantiateCoSimulation) use(FreeInstance) use(EnterInitializationMode)             \
-      use(ExitInitializationMode) use(Reset) use(SetString) use(DoStep) use(GetFloat64) use(SetFloat64)   \
-          use(GetFloat32) use(SetFloat32) use(GetInt8) use(SetInt8) use(GetUInt8) use(SetUInt8)           \
-              use(GetInt16) use(SetInt16) use(GetUInt16) use(SetUInt16) use(GetInt32) use(SetInt32)       \
-                  use(GetUInt32) use(SetUInt32) use(GetInt64) use(SetInt64) use(GetUInt64) use(SetUInt64) \
-                      use(GetBoolean) use(SetBoolean)
-#define TAKT_FMI3_STATE_FUNCTIONS(use)                                                                   \
-  use(GetFMUState) use(SetFMUState) use(FreeFMUState) use(SerializedFMUStateSize) use(SerializeFMUState) \
-      use(DeserializeFMUState)
+// Functions that every run needs, and others.
+#define TAKT_FMI3_FUNCTIONS(use)                                                                        \
+  use(GetVersion) use(InstantiateCoSimulation) use(EnterInitializationMode) use(ExitInitializationMode) \
+      use(DoStep)
+#define TAKT_FMI3_OTHER_FUNCTIONS(use)                                                                       \
+  use(EnterEventMode) use(EnterStepMode) use(UpdateDiscreteStates) use(SetClock) use(EnterConfigurationMode) \
+      use(ExitConfigurationMode) use(SetString) use(GetFloat64) use(SetFloat64) use(GetFloat32)              \
+          use(SetFloat32) use(GetInt8) use(SetInt8) use(GetUInt8) use(SetUInt8) use(GetInt16) use(SetInt16)  \
+              use(GetUInt16) use(SetUInt16) use(GetInt32) use(SetInt32) use(GetUInt32) use(SetUInt32)        \
+                  use(GetInt64) use(SetInt64) use(GetUInt64) use(SetUInt64) use(GetBoolean) use(SetBoolean)  \
+                      use(GetFMUState) use(SetFMUState) use(FreeFMUState) use(SerializedFMUStateSize)        \
+                          use(SerializeFMUState) use(DeserializeFMUState)
 
 class Instance final : public FmiInstance {
  public:
   explicit Instance(const fmu_wire::Start& start) : p_(start) {
     void* library = open_library(p_.library);
-#define TAKT_FMI3(name) find(library, "fmi3" #name, name##_);
+#define TAKT_FMI3(name) name##_.find(library, "fmi3" #name);
     TAKT_FMI3_FUNCTIONS(TAKT_FMI3)
-    if (p_.can_serialise_state) {
-      TAKT_FMI3_STATE_FUNCTIONS(TAKT_FMI3)
-    }
+    TAKT_FMI3_OTHER_FUNCTIONS(TAKT_FMI3)
+#undef TAKT_FMI3
+#define TAKT_FMI3(name) name##_.require();
+    TAKT_FMI3_FUNCTIONS(TAKT_FMI3)
 #undef TAKT_FMI3
     const char* version = GetVersion_();
     if (version == nullptr || std::string(version).rfind("3.", 0) != 0)
@@ -88,20 +86,18 @@ class Instance final : public FmiInstance {
   }
 
   void start(std::span<double> outputs) override {
-    if (c_ != nullptr && Reset_(c_) > fmi3Warning) {
-      FreeInstance_(c_);
-      c_ = nullptr;
-    }
-    if (c_ == nullptr) {
-      const std::string path = p_.resources + "/";
-      c_ = InstantiateCoSimulation_(p_.instance.c_str(), p_.token.c_str(), path.c_str(), false, false, false,
-                                    false, nullptr, 0, nullptr, &log, nullptr);
-    }
+    const std::string path = p_.resources + "/";
+    c_ = InstantiateCoSimulation_(p_.instance.c_str(), p_.token.c_str(), path.c_str(), false, false,
+                                  has_events(), false, nullptr, 0, nullptr, &log, nullptr);
     if (c_ == nullptr)
       throw FmiError(no_instance("fmi3InstantiateCoSimulation", "instantiationToken", p_.token));
-    for (const Setting& setting : p_.settings) set(setting);
-    check("fmi3EnterInitializationMode", EnterInitializationMode_(c_, false, 0.0, 0.0, false, 0.0));
+    configure();
+    for (const Setting& setting : p_.settings)
+      if (!setting.structural) set(setting);
+    check("fmi3EnterInitializationMode",
+          EnterInitializationMode_(c_, p_.tolerance > 0.0, p_.tolerance, 0.0, false, 0.0));
     check("fmi3ExitInitializationMode", ExitInitializationMode_(c_));
+    if (has_events()) end_event();
     for (const Place& place : p_.inputs) {
       if (place.elements <= 1) continue;
       std::vector<double>& all = arrays_[{place.type, place.reference}];
@@ -115,14 +111,19 @@ class Instance final : public FmiInstance {
 
   void step(double t, double h, std::span<const double> inputs, std::span<double> outputs) override {
     if (c_ == nullptr) throw FmiError("the FMU has not been started");
+    if (has_events()) check("fmi3EnterEventMode", EnterEventMode_(c_));
     for (std::size_t i = 0; i < inputs.size(); ++i) {
       const Place& place = p_.inputs[i];
       if (place.elements > 1)
         arrays_[{place.type, place.reference}][place.element] = inputs[i];
       else
-        set_numbers(place.type, place.reference, {&inputs[i], 1});
+        set_numbers(place.name, place.type, place.reference, {&inputs[i], 1});
     }
-    for (const auto& [of, values] : arrays_) set_numbers(of.first, of.second, values);
+    for (const auto& [of, values] : arrays_) set_numbers("an array", of.first, of.second, values);
+    if (has_events()) {
+      tick(t, h);
+      end_event();
+    }
     constexpr int kMostParts = 1000;
     double at = t;
     for (int part = 0; at < t + h && part < kMostParts; ++part) {
@@ -131,6 +132,10 @@ class Instance final : public FmiInstance {
       check("fmi3DoStep", DoStep_(c_, at, t + h - at, true, &event, &ended, &early, &reached));
       if (ended)
         throw FmiError(with_message("the FMU ended its simulation at " + std::to_string(reached) + " s"));
+      if (event && has_events()) {
+        check("fmi3EnterEventMode", EnterEventMode_(c_));
+        end_event();
+      }
       if (!early) break;
       if (!(reached > at) || part + 1 == kMostParts)
         throw FmiError("the FMU returns early from its step and does not come on from " + std::to_string(at) +
@@ -165,6 +170,47 @@ class Instance final : public FmiInstance {
   }
 
  private:
+  bool has_events() const {
+    return !p_.clocks.empty();
+  }
+
+  /// The clocks that tick in (t - h, t].
+  void tick(double t, double h) {
+    for (const fmu_wire::Clock& clock : p_.clocks) {
+      const auto count = [&](double at) {
+        return std::floor((at - clock.shift_s) / clock.interval_s + 1e-6);
+      };
+      if (count(t) < 0.0 || count(t) <= count(t - h)) continue;
+      const fmi3Clock active = fmi3ClockActive;
+      check("fmi3SetClock", SetClock_(c_, &clock.reference, 1, &active));
+    }
+  }
+
+  /// From event mode back to the steps.
+  void end_event() {
+    constexpr int kMostUpdates = 1000;
+    bool again = true;
+    for (int i = 0; again; ++i) {
+      bool ended = false, nominals = false, values = false, has_next = false;
+      double next_s = 0.0;
+      check("fmi3UpdateDiscreteStates",
+            UpdateDiscreteStates_(c_, &again, &ended, &nominals, &values, &has_next, &next_s));
+      if (ended) throw FmiError(with_message("the FMU ended its simulation at an event"));
+      if (i == kMostUpdates) throw FmiError("the FMU does not come to the end of an event");
+    }
+    check("fmi3EnterStepMode", EnterStepMode_(c_));
+  }
+
+  /// Sizes of arrays are set ahead of all else, in a mode of their own.
+  void configure() {
+    const auto structural = [](const Setting& setting) { return setting.structural; };
+    if (std::none_of(p_.settings.begin(), p_.settings.end(), structural)) return;
+    check("fmi3EnterConfigurationMode", EnterConfigurationMode_(c_));
+    for (const Setting& setting : p_.settings)
+      if (setting.structural) set(setting);
+    check("fmi3ExitConfigurationMode", ExitConfigurationMode_(c_));
+  }
+
   /// Calls `use(T{}, getter, setter, names)` with the type of the language for a type of FMI.
   template <class Use>
   void with_type(FmuType type, const Use& use) {
@@ -199,21 +245,21 @@ class Instance final : public FmiInstance {
     if (setting.type == FmuType::text) {
       std::vector<fmi3String> texts;
       for (const std::string& value : setting.values) texts.push_back(value.c_str());
-      return check("fmi3SetString", SetString_(c_, &at, 1, texts.data(), texts.size()));
+      return check("setting '" + setting.name + "'", SetString_(c_, &at, 1, texts.data(), texts.size()));
     }
     with_type(setting.type, [&]<class T>(T, auto, auto setter) {
       const std::unique_ptr<T[]> values(new T[setting.values.size()]);
       for (std::size_t i = 0; i < setting.values.size(); ++i) values[i] = number_of<T>(setting.values[i]);
-      check(("setting '" + setting.name + "'").c_str(),
-            setter(c_, &at, 1, values.get(), setting.values.size()));
+      check("setting '" + setting.name + "'", setter(c_, &at, 1, values.get(), setting.values.size()));
     });
   }
 
-  void set_numbers(FmuType type, fmi3ValueReference at, std::span<const double> numbers) {
+  void set_numbers(const std::string& name, FmuType type, fmi3ValueReference at,
+                   std::span<const double> numbers) {
     with_type(type, [&]<class T>(T, auto, auto setter) {
       const std::unique_ptr<T[]> values(new T[numbers.size()]);
       for (std::size_t i = 0; i < numbers.size(); ++i) values[i] = to_type<T>(numbers[i]);
-      check("setting an input", setter(c_, &at, 1, values.get(), numbers.size()));
+      check("setting the input '" + name + "'", setter(c_, &at, 1, values.get(), numbers.size()));
     });
   }
 
@@ -223,7 +269,7 @@ class Instance final : public FmiInstance {
       const fmi3ValueReference at = place.reference;
       with_type(place.type, [&]<class T>(T, auto getter, auto) {
         const std::unique_ptr<T[]> values(new T[place.elements]());
-        check("reading an output", getter(c_, &at, 1, values.get(), place.elements));
+        check("reading '" + place.name + "'", getter(c_, &at, 1, values.get(), place.elements));
         outputs[i] = static_cast<double>(values[place.element]);
       });
     }
@@ -232,9 +278,9 @@ class Instance final : public FmiInstance {
   fmu_wire::Start p_;
   fmi3Instance c_ = nullptr;
   std::map<std::pair<FmuType, fmi3ValueReference>, std::vector<double>> arrays_;  ///< inputs
-#define TAKT_FMI3(name) fmi3##name##TYPE* name##_ = nullptr;
+#define TAKT_FMI3(name) Function<fmi3##name##TYPE> name##_;
   TAKT_FMI3_FUNCTIONS(TAKT_FMI3)
-  TAKT_FMI3_STATE_FUNCTIONS(TAKT_FMI3)
+  TAKT_FMI3_OTHER_FUNCTIONS(TAKT_FMI3)
 #undef TAKT_FMI3
 };
 

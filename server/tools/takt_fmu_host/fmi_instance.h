@@ -1,5 +1,7 @@
 #pragma once
 // One instance of a co-simulation FMU in a shared library, by FMI 2.0 or 3.0.
+#include <dlfcn.h>
+
 #include <cstddef>
 #include <memory>
 #include <span>
@@ -21,7 +23,7 @@ class FmiInstance {
  public:
   virtual ~FmiInstance() = default;
   // All throw FmiError.
-  /// Instantiates, or resets, and initialises at time 0.
+  /// Instantiates and initialises at time 0; once.
   virtual void start(std::span<double> outputs) = 0;
   virtual void step(double t, double h, std::span<const double> inputs, std::span<double> outputs) = 0;
   virtual void save(std::vector<std::byte>& state) = 0;
@@ -40,6 +42,28 @@ std::string with_message(std::string message);
 std::string no_instance(const char* call, const char* token, const std::string& value);
 /// Functions of a shared library. Throws FmiError.
 void* open_library(const std::string& file);
-void* function(void* library, const char* name);
+
+/// A function of the library. Some tools leave out those that their FMUs do not need.
+template <class Type>
+class Function {
+ public:
+  void find(void* library, const char* name) {
+    name_ = name;
+    call_ = reinterpret_cast<Type*>(::dlsym(library, name));
+  }
+  explicit operator bool() const { return call_ != nullptr; }
+  void require() const {
+    if (call_ == nullptr) throw FmiError(std::string("its library has no function ") + name_);
+  }
+  template <class... Arguments>
+  auto operator()(Arguments... arguments) const {
+    require();
+    return call_(arguments...);
+  }
+
+ private:
+  Type* call_ = nullptr;
+  const char* name_ = "";
+};
 
 }  // namespace takt::fmu_host

@@ -6,6 +6,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <array>
 #include <clocale>
 #include <cmath>
 #include <cstdio>
@@ -42,21 +43,25 @@ void* open_library(const std::string& file) {
   void* library = ::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (library == nullptr) {
     const char* why = ::dlerror();
-    throw FmiError(std::string("its library cannot be loaded: ") + (why != nullptr ? why : ""));
+    const std::string reason = why != nullptr ? why : "";
+    // Of another file that it needs.
+    const bool needs = reason.find("cannot open shared object file") != std::string::npos;
+    throw FmiError("its library cannot be loaded: " + reason +
+                   (needs ? ". The FMU needs this library of the system" : ""));
   }
   return library;
-}
-
-void* function(void* library, const char* name) {
-  void* found = ::dlsym(library, name);
-  if (found == nullptr) throw FmiError(std::string("its library has no function ") + name);
-  return found;
 }
 
 namespace {
 
 using fmu_wire::Answer;
 using fmu_wire::Request;
+
+std::string short_text(double number) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%g", number);
+  return text.data();
+}
 
 bool receive(void* to, std::size_t size) {
   auto* bytes = static_cast<char*>(to);
@@ -133,7 +138,8 @@ class Host {
     switch (static_cast<Request>(in.integer(0, static_cast<int>(Request::end), "a request"))) {
       case Request::start: {
         const fmu_wire::Start start = fmu_wire::read_start(in);
-        if (!instance_) load(start);
+        if (instance_) throw FmiError("the FMU has been started");
+        load(start);
         guarded([&] { instance_->start(outputs_); });
         return put_outputs(out);
       }
@@ -163,10 +169,12 @@ class Host {
     usual_directory_ = std::filesystem::current_path();
     if (const std::string open = confine(usual_directory_.string()); !open.empty())
       notice_ = "the FMU " + open;
+    ::setenv("TMPDIR", usual_directory_.c_str(), 1);  // where it can write
     limit_memory(start.memory_bytes);
     // dlopen runs code of the FMU.
     guarded([&] { instance_ = start.version == 2 ? load_fmi2(start) : load_fmi3(start); });
     inputs_.assign(start.inputs.size(), 0.0), outputs_.assign(start.outputs.size(), 0.0);
+    for (const fmu_wire::Place& place : start.outputs) output_names_.push_back(place.name);
   }
 
   /// Calls the FMU; what it has changed for its whole process is put back, and noted once.
@@ -206,14 +214,17 @@ class Host {
   }
 
   void put_outputs(StateWriter& out) const {
-    for (const double output : outputs_)
-      if (!std::isfinite(output) || std::abs(output) > StateReader::kLargest)
-        throw FmiError("an output of the FMU is " + std::to_string(output) + "; takt takes finite numbers");
+    for (std::size_t i = 0; i < outputs_.size(); ++i)
+      if (!std::isfinite(outputs_[i]) || std::abs(outputs_[i]) > StateReader::kLargest)
+        throw FmiError("the output '" + output_names_[i] + "' of the FMU is " + short_text(outputs_[i]) +
+                       "; takt takes numbers up to " + short_text(StateReader::kLargest) +
+                       ". The key outputs can leave it out");
     out.put(std::span<const double>(outputs_));
   }
 
   std::unique_ptr<FmiInstance> instance_;
   std::vector<double> inputs_, outputs_;
+  std::vector<std::string> output_names_;
   std::string notice_;
   std::filesystem::path usual_directory_;
   bool noted_control_ = false, noted_locale_ = false, noted_directory_ = false;
