@@ -177,8 +177,8 @@ void describe(Fields& f, ScenarioContact& s) {
       "resample", s.resample, resampling_words(),
       "Contact elements are cells of a grid over each flat face, of at most half of element_edge_m, instead "
       "of pieces of the triangles; auto: where that does away with fans of slender elements, with at least "
-      "as many "
-      "elements, and not where element_edge_m is 0.");
+      "as many elements, and where a face has over four times as many as 32 x 32, or 8 across a strip; not "
+      "where element_edge_m is 0.");
   f.field(
       "field_spacing_m", s.field_spacing_m, positive("m"),
       "Spacing of the distance fields of targets; without it an eighth of the walls of each component, at "

@@ -410,6 +410,47 @@ TEST(ContactResamplingOracle, TheAutomaticChoiceIsNoWorseThanTheNeedles) {
   }
 }
 
+TEST(ContactResamplingOracle, FlatsOfFarTooManyTrianglesAreDividedByTheirShape) {
+  const ContactLaw law = frictionless_law();
+  const auto automatic = [](const TriangleMesh& mesh) {
+    return sampled(mesh, default_element_edge_m(mesh), ContactResampling::automatic);
+  };
+  // 7200 triangles on each face. The moment of a tilted press is (K/b) angle I, of which n cells across leave out 1/n^2.
+  const Vec3 size(0.04, 0.03, 0.02);
+  const auto dense = automatic(lattice_box(size, std::array<int, 3>{60, 60, 60}));
+  EXPECT_EQ(dense->resampling().elements, dense->element_count());
+  EXPECT_LT(8 * dense->resampling().elements, 2 * dense->resampling().elements_before);
+  EXPECT_GE(dense->element_count(), 6U * 32U * 32U);
+  PolygonalContact contact(dense, surface(floor_mesh()), law);
+  const double u = 1e-5, angle = 2e-4;
+  for (const int axis : {0, 1}) {
+    const Mat3 tilt = Eigen::AngleAxisd(angle, Vec3::Unit(axis)).toRotationMatrix();
+    const Wrench F =
+        evaluate(contact, at_rest(tilt * Vec3(0.0, 0.0, 0.5 * size.z()) - Vec3(0.0, 0.0, u), tilt)).F_B_T;
+    const double force = law.stiffness_Pa_per_m * u * size.x() * size.y();
+    const double moment = law.stiffness_Pa_per_m * angle * size[axis] * std::pow(size[1 - axis], 3) / 12.0;
+    EXPECT_NEAR(F.f.z(), force, 1e-6 * force);
+    EXPECT_NEAR(std::abs(F.t[axis]), moment, 1.2 * moment / (28.0 * 28.0));
+  }
+  // Where the contact is a small part of the face: a ball whose radius there is a sixth of it.
+  const double radius = 0.02, deep = 1e-3, height = radius - deep;
+  PolygonalContact pressed(dense, surface(ball(radius, 5)), law);
+  const double exact = law.stiffness_Pa_per_m * std::numbers::pi *
+                       (radius * (radius * radius - height * height) -
+                        2.0 / 3.0 * (std::pow(radius, 3) - std::pow(height, 3)));
+  EXPECT_NEAR(evaluate(pressed, at_rest({0.0003, 0.0004, -height - 0.5 * size.z()})).normal_force_N, exact,
+              0.03 * exact);
+  // Not too many; a strip that needs them; the triangles of the mesh.
+  EXPECT_EQ(automatic(lattice_box(size, std::array<int, 3>{40, 40, 40}))->resampling().spacing_m, 0.0);
+  EXPECT_EQ(
+      automatic(lattice_box({0.1, 0.002, 0.002}, std::array<int, 3>{400, 8, 8}))->resampling().spacing_m,
+      0.0);
+  EXPECT_EQ(sampled(lattice_box(size, std::array<int, 3>{60, 60, 60}), 0.0, ContactResampling::automatic)
+                ->resampling()
+                .spacing_m,
+            0.0);
+}
+
 TEST(ContactResamplingOracle, SlendernessIsTheRatioOfRadiiOfInertia) {
   const double h = std::sqrt(0.75);
   EXPECT_NEAR(slenderness({Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0.5, h, 0)}), 1.0, 1e-9);

@@ -21,6 +21,17 @@ struct ContactCandidates::Build {
   const Pose& X_TB;
   double bound_m;  ///< with slack
   Work& work;
+  // The last point of which the distance is known: its neighbours are nearer to the surface by no more than they are
+  // apart, and begin their walk at its closest face.
+  Vec3 known_T = Vec3::Zero();
+  double known_m = -INFINITY;
+  NearestFace nearest{};
+
+  double signed_distance_m(const Vec3& x) {
+    known_T = x;
+    return known_m = target.signed_distance_m(x, nearest);
+  }
+  bool is_apart(const Vec3& x) const { return known_m - (x - known_T).norm() > bound_m + kSlack_m; }
 };
 
 double ContactCandidates::moved_m(const Pose& X_TB) const {
@@ -48,9 +59,9 @@ void ContactCandidates::rebuild(const ContactSurface::Data& base, const ContactS
   px.reserve(size), py.reserve(size), pz.reserve(size), patches.reserve(size), plane_groups.reserve(size);
   work.simple_.clear();
   work.local_.resize(target.patches.size(), -1);
-  const Build build{base, target, X_TB_, bound_m_ + kSlack_m, work};
+  Build build{base, target, X_TB_, bound_m_ + kSlack_m, work};
   const double clear_m =
-      target.octree.empty() ? target.signed_distance_m(center_T_) : target.octree.at_least_m(center_T_);
+      target.octree.empty() ? build.signed_distance_m(center_T_) : target.octree.at_least_m(center_T_);
   if (clear_m <= reach_m_ + build.bound_m) {
     for (std::uint32_t e = cluster.begin; e < cluster.end; ++e) {
       const Vec3 p = X_TB * base.point(e);
@@ -91,16 +102,16 @@ std::int32_t ContactCandidates::local_patch(const Build& build, std::int32_t pat
   return place;
 }
 
-void ContactCandidates::add_element(const Build& build, std::int32_t index) {
+void ContactCandidates::add_element(Build& build, std::int32_t index) {
   const ContactSurface::Data& target = build.target;
   const auto e = static_cast<std::size_t>(index);
   const Vec3 p = build.X_TB * build.base.point(e);
   for (int k = 0; k < 3; ++k)
     if (std::abs(p[k] - target.box.center_B[k]) > target.box.half_B[k] + build.bound_m) return;
 
-  if (target.octree.at_least_m(p) > build.bound_m) return;
+  if (build.is_apart(p) || target.octree.at_least_m(p) > build.bound_m) return;
   // All faces within the bound; without any, the sign of the closest one gives the side.
-  const double signed_m = target.signed_distance_m(p);
+  const double signed_m = build.signed_distance_m(p);
   if (signed_m > build.bound_m) return;
   // Later the depth is at most deepest_m, and p has moved by the bound.
   const double deepest_m = build.bound_m - signed_m;

@@ -60,7 +60,7 @@ class ContactCandidates {
   struct Build;
 
   void finish(const ContactSurface::Data& base, Work& work);
-  void add_element(const Build& build, std::int32_t index);
+  void add_element(Build& build, std::int32_t index);
   std::int32_t local_patch(const Build& build, std::int32_t patch);
 
   bool valid_ = false;

@@ -19,8 +19,8 @@ double default_element_edge_m(const TriangleMesh& mesh);
 
 /// Whether the elements of the Base are cells of a grid over each flat region (resampling.h) instead of pieces of its
 /// triangles. `automatic`: in the regions where that does away with slender elements on a quarter of the area, with at
-/// least as many elements there as pieces of triangles; and only if
-/// that is a tenth of the surface. Needles that are parallel stay.
+/// least as many elements there as pieces of triangles, if that is a tenth of the surface (needles that are parallel
+/// stay); and in those that have over four times as many pieces as cells of a 32nd of the edge of a square as large.
 enum class ContactResampling : std::uint8_t { automatic, always, never };
 
 struct ContactSurfaceOptions {
