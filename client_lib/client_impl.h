@@ -288,6 +288,7 @@ struct Client::Impl::Reader {
 template <Message Type>
 struct Client::Impl::ReaderOf final : Reader {
   using Sample = SampleOf<Type>;
+  using Kept = std::conditional_t<std::is_same_v<Sample, CellInfo>, Type, Sample>;
   static constexpr bool kHasInstant = requires(const Type& one) {
     one.epoch;
     one.step;
@@ -297,9 +298,22 @@ struct Client::Impl::ReaderOf final : Reader {
   ReaderOf(Impl& owner, const Topic<Type>& topic, typename client::ReaderListener<Type>::OnMatch on_match)
       : client(owner),
         latched(qos_of(topic).latched),
-        listener([this](Type&& sample, const GuidPrefix& from) { on_sample(std::move(sample), from); },
-                 std::move(on_match)) {
+        listener(
+            pool_of(topic),
+            [this](std::shared_ptr<Kept> sample, const GuidPrefix& from) {
+              on_sample(std::move(sample), from);
+            },
+            std::move(on_match)) {
     each_counts = topic.qos == TopicQos::event;
+  }
+
+  /// Of a stream one sample is read, one is the newest, and one is looked at; a latched one is rare and may be large.
+  static client::SamplePool<Type, Kept> pool_of(const Topic<Type>& topic) {
+    constexpr std::size_t kOfStream = 4;
+    return client::SamplePool<Type, Kept>(qos_of(topic).latched ? 0 : kOfStream, [](Kept& sample) {
+      if constexpr (!std::is_same_v<Kept, Type>) static_cast<Sample&>(sample).cell = nullptr;
+      if constexpr (requires { sample.missed_before; }) sample.missed_before = 0;
+    });
   }
 
   /// nullptr before the first.
@@ -308,12 +322,10 @@ struct Client::Impl::ReaderOf final : Reader {
   }
 
   /// From a thread of DDS, without the mutex.
-  void on_sample(Type&& sample, const GuidPrefix& from) {
+  void on_sample(std::shared_ptr<Kept> received, const GuidPrefix& from) {
     if constexpr (std::is_same_v<Sample, CellInfo>) {
-      client.on_description(*this, sample, from);
+      client.on_description(*this, *received, from);
     } else {
-      auto received = std::make_shared<Sample>();
-      static_cast<Type&>(*received) = std::move(sample);
       const std::lock_guard lock(client.mutex);
       take(std::move(received), from);
       client.changed.notify_all();
@@ -432,7 +444,7 @@ struct Client::Impl::ReaderOf final : Reader {
   std::shared_ptr<Sample> older;        ///< the last one, where its number was from the past
   std::uint64_t newest_sequence = 0;
   std::vector<std::pair<GuidPrefix, std::shared_ptr<Sample>>> early;  ///< wait for their description
-  client::ReaderListener<Type> listener;
+  client::KeptSampleListener<Type, Kept> listener;
 };
 
 }  // namespace takt

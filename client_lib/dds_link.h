@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "client_lib/sample_pool.h"
 #include "idl/transport/fastdds/topic_qos.h"
 #include "idl/transport/rtps_guard/guard_transport.h"
 
@@ -70,28 +71,47 @@ class Link {
   dds::Subscriber* subscriber_ = nullptr;
 };
 
-/// Calls a function for every sample and for every change of the matched writers, in threads of DDS.
-template <typename Sample>
-class ReaderListener : public dds::DataReaderListener {
+/// Calls a function for every sample and for every change of the matched writers, in threads of DDS. `Kept` is the
+/// message or what adds to it.
+template <Message Type, std::derived_from<Type> Kept>
+class KeptSampleListener : public dds::DataReaderListener {
  public:
-  using OnSample = std::function<void(Sample&&, const GuidPrefix& sender)>;
+  using OnSample = std::function<void(std::shared_ptr<Kept>, const GuidPrefix& sender)>;
   using OnMatch = std::function<void(const GuidPrefix& writer, bool matched)>;
-  explicit ReaderListener(OnSample on_sample, OnMatch on_match = {})
-      : on_sample_(std::move(on_sample)), on_match_(std::move(on_match)) {}
+  KeptSampleListener(SamplePool<Type, Kept> pool, OnSample on_sample, OnMatch on_match = {})
+      : pool_(std::move(pool)), on_sample_(std::move(on_sample)), on_match_(std::move(on_match)) {}
 
   void on_data_available(dds::DataReader* reader) override {
-    Sample sample;
     dds::SampleInfo info;
-    while (is_ok(reader->take_next_sample(&sample, &info)))
-      if (info.valid_data) on_sample_(std::move(sample), participant_of(info.publication_handle));
+    for (auto sample = pool_.take();
+         is_ok(reader->take_next_sample(static_cast<Type*>(sample.get()), &info));) {
+      if (!info.valid_data) continue;
+      on_sample_(std::move(sample), participant_of(info.publication_handle));
+      sample = pool_.take();
+    }
   }
   void on_subscription_matched(dds::DataReader*, const dds::SubscriptionMatchedStatus& status) override {
     if (on_match_) on_match_(participant_of(status.last_publication_handle), status.current_count_change > 0);
   }
 
  private:
+  SamplePool<Type, Kept> pool_;
   OnSample on_sample_;
   OnMatch on_match_;
+};
+
+/// The same for samples that are looked at once.
+template <Message Type>
+class ReaderListener : public KeptSampleListener<Type, Type> {
+ public:
+  using OnSample = std::function<void(Type&&, const GuidPrefix& sender)>;
+  explicit ReaderListener(OnSample on_sample, typename KeptSampleListener<Type, Type>::OnMatch on_match = {})
+      : KeptSampleListener<Type, Type>(
+            SamplePool<Type>(0),
+            [on_sample = std::move(on_sample)](std::shared_ptr<Type> sample, const GuidPrefix& sender) {
+              on_sample(std::move(*sample), sender);
+            },
+            std::move(on_match)) {}
 };
 
 /// Reports the number of a writer's matched readers, and the QoS policy by which DDS rejects a reader.

@@ -55,6 +55,27 @@ TEST(Cdr, EveryMessageComesBackAsItWas) {
   expect_round_trips(FoxgloveMsgs{});
 }
 
+template <typename... Types>
+void expect_nothing_left_of_earlier_ones(MessageList<Types...>) {
+  const auto read_one_after_the_other = [](auto received) {
+    using Type = decltype(received);
+    for (unsigned seed = 0; seed < 20; ++seed) {
+      const Type sent = test::RandomMessage(seed).make<Type>();
+      Bytes bytes = written(sent);
+      ASSERT_TRUE(cdr::read(bytes, received));
+      EXPECT_TRUE(received == sent) << message_info<Type>().name << " behind another one";
+      bytes.resize(bytes.size() / 2);
+      (void)cdr::read(bytes, received);  // refused: partly filled
+    }
+  };
+  (read_one_after_the_other(Types{}), ...);
+}
+
+TEST(Cdr, AMessageIsReadOverAnEarlierOne) {
+  expect_nothing_left_of_earlier_ones(TaktMsgs{});
+  expect_nothing_left_of_earlier_ones(Ros2Msgs{});
+}
+
 /// Plain XCDR1 in either byte order, written number by number.
 class ByHand {
  public:

@@ -161,6 +161,36 @@ TEST_F(ClientObservation, StatesThatDoNotFitTheDescriptionAreDropped) {
   EXPECT_EQ(publish_and_see(small_state(0, 3)).sample_number, 1U);
 }
 
+/// The client reads samples into the memory of earlier ones.
+TEST_F(ClientObservation, AStateHasNothingOfEarlierOnesAfterPartsAppearAndVanish) {
+  connect();
+  const State first = publish_and_see(small_state(0, 1));
+  std::uint64_t step = 1;
+  std::uint32_t generation = 0;
+  for (const std::size_t parts : {400, 0, 3, 401, 1}) {
+    auto description = small_description(name_);
+    description.scenario_generation = ++generation;
+    auto state = small_state(0, 0);
+    state.scenario_generation = generation;
+    for (std::size_t i = 0; i < parts; ++i) {
+      description.components.push_back({.name = "P" + std::to_string(i), .type = takt::ComponentType::part});
+      auto& part = state.components.emplace_back();
+      part.position.x = static_cast<double>(1000 * generation + i);
+      part.partner = 0;
+    }
+    server_->publish("description", description);
+    for (int i = 0; i < 8; ++i) {
+      state.step = ++step;
+      state.robots[i % 2].motor_power.assign(i % 3 == 0 ? 2 : 0, 1.0 + i);
+      const State seen = publish_and_see(state);
+      EXPECT_TRUE(static_cast<const takt_msgs::msg::CellState&>(seen) == state)
+          << parts << " at step " << step;
+      EXPECT_EQ(seen.cell->components.size(), 3 + parts);
+    }
+  }
+  EXPECT_TRUE(static_cast<const takt_msgs::msg::CellState&>(first) == small_state(0, 1));
+}
+
 TEST_F(ClientObservation, WaitForStateEndsWithNothingAtItsTimeout) {
   connect();
   publish_and_see(small_state(0, 1));
