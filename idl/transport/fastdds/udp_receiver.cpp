@@ -147,10 +147,13 @@ bool UdpReceiver::lead(Clock::time_point deadline, const std::function<bool()>& 
     if (!came) {
       now = Clock::now();
       if (now >= deadline) break;
-      sched_yield();  // two controllers and a server may look for packets on two processors
       if (usual_wait_ > kWorthSpinning || now - began > 2 * kWorthSpinning) {
         sleep_until(deadline);
         if (Clock::now() >= deadline && !receive(true)) break;
+      } else {
+        // Two controllers and a server may look for packets on two processors. A thread that sleeps soon does not yield: on
+        // a busy processor it would come back a time slice later, behind the packet.
+        sched_yield();
       }
     }
   }
