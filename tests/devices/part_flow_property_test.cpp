@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "tests/support/device_cell.h"
+#include "tests/support/reused_snapshots.h"
 
 namespace takt {
 namespace {
@@ -218,6 +219,14 @@ TEST_P(PartFlowAtLevel, AResetAndASavedStateGoOnWithTheSameBits) {
   EXPECT_EQ(cell.component("Blanks_1").state, PartState::parked);
   cell.run(1.2);
   EXPECT_EQ(cell.simulation().state_hash(), hash);
+}
+
+TEST_P(PartFlowAtLevel, SnapshotsHaveNoTracesOfEarlierOnes) {
+  std::size_t entered = 0;
+  test::expect_no_traces_of_earlier_samples(
+      DeviceCell::load_text(onto_table(GetParam())), 1.2,
+      [&](const DeviceCell& cell) { entered = cell.count(Kind::part_entered); });
+  EXPECT_GT(entered, 4U);
 }
 
 INSTANTIATE_TEST_SUITE_P(Levels, PartFlowAtLevel, ::testing::Values(1, 2, 3));

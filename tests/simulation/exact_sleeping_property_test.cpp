@@ -1,31 +1,18 @@
 // Parts at rest are left out without a bit of difference: whole runs with and without skipping.
 #include <gtest/gtest.h>
 
-#include <cstring>
 #include <iostream>
 
 #include "server/simulation/model/cell_model.h"
 #include "tests/support/crowded_cell.h"
 #include "tests/support/random_shapes.h"
+#include "tests/support/snapshot_bits.h"
 
 namespace takt {
 namespace {
 
 using test::CrowdedCell;
-
-void expect_same_bits(const Snapshot& a, const Snapshot& b) {
-  ASSERT_EQ(a.state_hash, b.state_hash) << a.step;
-  for (std::size_t i = 0; i < a.components.size(); ++i) {
-    const ComponentSample& x = a.components[i];
-    const ComponentSample& y = b.components[i];
-    ASSERT_EQ(std::memcmp(x.p_WB.data(), y.p_WB.data(), 3 * sizeof(double)), 0) << a.step << " " << i;
-    ASSERT_EQ(std::memcmp(x.q_WB.coeffs().data(), y.q_WB.coeffs().data(), 4 * sizeof(double)), 0) << i;
-    ASSERT_TRUE(x.V_WB == y.V_WB) << i;
-    ASSERT_TRUE(x.F_Bo_W.f == y.F_Bo_W.f && x.F_Bo_W.t == y.F_Bo_W.t) << a.step << " " << i;
-    ASSERT_EQ(x.partner, y.partner) << i;
-    ASSERT_EQ(x.state, y.state) << i;
-  }
-}
+using test::expect_same_bits;
 
 TEST(ExactSleeping, SkippingRestingPartsChangesNoBit) {
   CrowdedCell with(60, true);

@@ -71,12 +71,15 @@ class ComponentInteraction {
 
   /// Pure stage: wrench of every connection, summed per component in the order of the connections. `wrenches`
   /// has one entry per component, about its p_WBcm.
-  void evaluate(const CellMotion& motion, std::span<Wrench> wrenches, KeptWrenches* kept = nullptr) const;
+  void evaluate(const CellMotion& motion, std::span<Wrench> wrenches) const;
+  /// The same; those of connections at rest come from `kept`.
+  void evaluate(const CellMotion& motion, std::span<Wrench> wrenches, KeptWrenches& kept) const {
+    connections_.evaluate(motion, wrenches, kept);
+  }
   /// The same for some Parts (component ids, ascending), with every Part they are connected with. Entries of
   /// other Parts are unchanged; those of Grounds and Grippers are incomplete sums.
-  void evaluate(const CellMotion& motion, std::span<const int> parts, std::span<Wrench> wrenches,
-                KeptWrenches* kept = nullptr) const {
-    connections_.evaluate(motion, parts, wrenches, kept);
+  void evaluate(const CellMotion& motion, std::span<const int> parts, std::span<Wrench> wrenches) const {
+    connections_.evaluate(motion, parts, wrenches);
   }
 
   /// How the wrenches of evaluate() change with the motion: appends every pair that acts on one of these

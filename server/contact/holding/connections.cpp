@@ -410,9 +410,8 @@ void Connections::soften_free_clusters(const ContactGraph& graph, std::span<cons
   }
 }
 
-void Connections::evaluate(const CellMotion& motion, std::span<const int> parts, std::span<Wrench> wrenches,
-                           KeptWrenches* kept) const {
-  if (kept != nullptr) kept->begin(motion, version_);
+void Connections::evaluate(const CellMotion& motion, std::span<const int> parts,
+                           std::span<Wrench> wrenches) const {
   for (const int part : parts) {
     wrenches[static_cast<std::size_t>(part)] = {};
     for (const PairConnection& pair : of(part))
@@ -420,13 +419,10 @@ void Connections::evaluate(const CellMotion& motion, std::span<const int> parts,
   }
   for (const int part : parts) {
     const BodyMotion& base = motion.bodies[static_cast<std::size_t>(part)];
-    const std::span<const PairConnection> pairs = of(part);
-    for (const PairConnection& pair : pairs) {
+    for (const PairConnection& pair : of(part)) {
       const auto partner = static_cast<std::size_t>(pair.connection.partner);
       const BodyMotion& target = motion.carrier(pair.connection.partner);
-      const Wrench on_base = kept != nullptr && pairs.size() == 1
-                                 ? kept->of(static_cast<std::size_t>(part), pair.connection, motion)
-                                 : substitute_wrench(pair.connection, base, target, motion.time_s);
+      const Wrench on_base = substitute_wrench(pair.connection, base, target, motion.time_s);
       wrenches[static_cast<std::size_t>(part)] += on_base;
       wrenches[partner] += reaction_on_target(on_base, base, target);
       if (const ConnectionTurn& turn = pair.connection.turn; turn.driver >= 0) {
@@ -436,8 +432,51 @@ void Connections::evaluate(const CellMotion& motion, std::span<const int> parts,
       }
     }
   }
+  add_passed_weights(motion, parts, wrenches);
+}
+
+void Connections::evaluate(const CellMotion& motion, std::span<Wrench> wrenches, KeptWrenches& kept) const {
+  kept.begin(motion, version_);
+  for (const int part : parts_) {
+    const std::span<const PairConnection> pairs = of(part);
+    for (const PairConnection& pair : pairs) {
+      if (pairs.size() == 1 && kept.stands(static_cast<std::size_t>(part), pair.connection)) continue;
+      kept.renew(static_cast<std::size_t>(part));
+      kept.renew(static_cast<std::size_t>(pair.connection.partner));
+      if (pair.connection.turn.driver >= 0) kept.renew(static_cast<std::size_t>(pair.connection.turn.driver));
+    }
+  }
+  kept.clear_renewed();
+  for (const int part : parts_) {
+    const auto place = static_cast<std::size_t>(part);
+    const std::span<const PairConnection> pairs = of(part);
+    for (const PairConnection& pair : pairs) {
+      const auto partner = static_cast<std::size_t>(pair.connection.partner);
+      const ConnectionTurn& turn = pair.connection.turn;
+      const bool turns = turn.driver >= 0 && kept.renews(static_cast<std::size_t>(turn.driver));
+      if (!kept.renews(place) && !kept.renews(partner) && !turns) continue;
+      const BodyMotion& base = motion.bodies[place];
+      const BodyMotion& target = motion.carrier(pair.connection.partner);
+      const Wrench on_base = pairs.size() == 1
+                                 ? kept.of(place, pair.connection, motion)
+                                 : substitute_wrench(pair.connection, base, target, motion.time_s);
+      if (kept.renews(place)) kept.sum(place) += on_base;
+      if (kept.renews(partner)) kept.sum(partner) += reaction_on_target(on_base, base, target);
+      if (turn.driver < 0) continue;
+      const Vec3 torque_W = turn.torque_N_m * (base.X_WB.R * turn.axis_B);
+      if (kept.renews(partner)) kept.sum(partner).t += torque_W;
+      if (turns) kept.sum(static_cast<std::size_t>(turn.driver)).t -= torque_W;
+    }
+  }
+  std::copy(kept.sums().begin(), kept.sums().end(), wrenches.begin());
+  add_passed_weights(motion, parts_, wrenches);
+}
+
+/// Weights passed on through other Parts.
+void Connections::add_passed_weights(const CellMotion& motion, std::span<const int> parts,
+                                     std::span<Wrench> wrenches) const {
   if (parameters_.algorithm == InteractionAlgorithm::partner_search) return;
-  for (const int part : parts) {  // weights passed on through other Parts
+  for (const int part : parts) {
     const int support = passes_to_[static_cast<std::size_t>(part)];
     if (support == -1) continue;
     const Wrench lift{-(component(part).mass_kg * parameters_.gravity_W), Vec3::Zero()};

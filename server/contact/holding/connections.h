@@ -122,9 +122,10 @@ class Connections {
   /// Holder of a Part: its Gripper, else its Ground, else a Part; or -1.
   int partner(int component) const { return partner_[static_cast<std::size_t>(component)]; }
 
-  /// Pure stage; see ComponentInteraction::evaluate(). `kept`: takes the wrenches of connections at rest from there.
-  void evaluate(const CellMotion& motion, std::span<const int> parts, std::span<Wrench> wrenches,
-                KeptWrenches* kept = nullptr) const;
+  /// Pure stage; see ComponentInteraction::evaluate().
+  void evaluate(const CellMotion& motion, std::span<const int> parts, std::span<Wrench> wrenches) const;
+  /// Of all Parts. Takes the wrenches of connections at rest from `kept`.
+  void evaluate(const CellMotion& motion, std::span<Wrench> wrenches, KeptWrenches& kept) const;
   /// Appends how the wrenches of these Parts' connections change with the motion. Weights that pass through
   /// are constant.
   void linearise(const CellMotion& motion, std::span<const int> parts,
@@ -139,6 +140,8 @@ class Connections {
  private:
   const Component& component(int id) const { return components_[static_cast<std::size_t>(id)]; }
   bool is_part(int id) const { return component(id).type == ComponentType::part; }
+  void add_passed_weights(const CellMotion& motion, std::span<const int> parts,
+                          std::span<Wrench> wrenches) const;
   bool closed(const ContactGraph& graph, int a, int b) const;
   void search(const ContactGraph& graph, std::span<const int> parts);
   void follow_rules(const ContactGraph& graph, std::span<const int> parts);

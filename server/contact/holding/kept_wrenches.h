@@ -1,9 +1,12 @@
 #pragma once
-// The wrenches of connections whose two ends have not moved between two evaluations: a sample of a cell with many Parts at
-// rest then costs little. The bits are those of substitute_wrench().
+// The wrenches of connections whose two ends have not moved between two evaluations, and their sums where no connection of a
+// component has changed: a sample of a cell with many Parts at rest then costs little. The bits are those of
+// substitute_wrench(), added in the order of the connections.
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -13,27 +16,44 @@ namespace takt {
 
 class KeptWrenches {
  public:
-  explicit KeptWrenches(std::size_t bodies) : seen_(bodies), rests_(bodies, 0), kept_(bodies) {}
+  explicit KeptWrenches(std::size_t bodies)
+      : seen_(bodies), rests_(bodies, 0), kept_(bodies), renewed_(bodies, 0), sums_(bodies) {}
 
   /// Ahead of an evaluation of all connections. `version` differs after each change of a connection.
   void begin(const CellMotion& motion, std::uint64_t version) {
-    if (std::exchange(version_, version) != version)
+    const bool changed = std::exchange(version_, version) != version;
+    if (changed)
       for (Kept& kept : kept_) kept.valid = false;
+    std::fill(renewed_.begin(), renewed_.end(), static_cast<char>(changed));
     for (std::size_t body = 0; body < seen_.size(); ++body) {
       rests_[body] = same(seen_[body], motion.bodies[body]) && !motion.has_surface(static_cast<int>(body));
       if (rests_[body] == 0) seen_[body] = motion.bodies[body];
     }
   }
+  /// Whether the only connection of this Base has the wrench that it had.
+  bool stands(std::size_t base, const Connection& connection) const {
+    return kept_[base].valid && rests_[base] != 0 &&
+           rests_[static_cast<std::size_t>(connection.partner)] != 0;
+  }
   /// Of the only connection of this Base.
   Wrench of(std::size_t base, const Connection& connection, const CellMotion& motion) {
     Kept& kept = kept_[base];
-    const auto target = static_cast<std::size_t>(connection.partner);
-    if (kept.valid && rests_[base] != 0 && rests_[target] != 0) return kept.wrench;
+    if (stands(base, connection)) return kept.wrench;
     kept.wrench =
         substitute_wrench(connection, motion.bodies[base], motion.carrier(connection.partner), motion.time_s);
     kept.valid = !connection.slides;
     return kept.wrench;
   }
+
+  // The sums. After begin(): which components get one that differs, then clear_renewed(), then all that adds to those.
+  void renew(std::size_t component) { renewed_[component] = 1; }
+  bool renews(std::size_t component) const { return renewed_[component] != 0; }
+  void clear_renewed() {
+    for (std::size_t i = 0; i < sums_.size(); ++i)
+      if (renewed_[i] != 0) sums_[i] = {};
+  }
+  Wrench& sum(std::size_t component) { return sums_[component]; }
+  std::span<const Wrench> sums() const { return sums_; }
 
  private:
   static bool same(const BodyMotion& a, const BodyMotion& b) {
@@ -44,9 +64,11 @@ class KeptWrenches {
     Wrench wrench;
     bool valid = false;
   };
-  std::vector<BodyMotion> seen_;  ///< by component, as the next two: the motion at the last evaluation
+  std::vector<BodyMotion> seen_;  ///< by component, as all below: the motion at the last evaluation
   std::vector<char> rests_;
   std::vector<Kept> kept_;
+  std::vector<char> renewed_;
+  std::vector<Wrench> sums_;
   std::uint64_t version_ = 0;
 };
 

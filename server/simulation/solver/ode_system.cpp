@@ -165,7 +165,7 @@ void OdeSystem::update_stateless_motion(double t) {
 }
 
 std::span<const Wrench> OdeSystem::update_wrenches() {
-  interaction_.evaluate(motion_, wrenches_, &kept_);
+  interaction_.evaluate(motion_, wrenches_, kept_);
   if (has_contacts()) contacts_->evaluate(motion_, wrenches_);
   for (const ForceElement* element : elements_) element->add_wrenches(motion_, wrenches_);
   return wrenches_;

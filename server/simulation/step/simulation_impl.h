@@ -100,6 +100,10 @@ struct Simulation::Impl {
   void fill(Snapshot& snapshot);
   void fill_instant(Snapshot& snapshot) const;
   void fill_component(int component, ComponentSample& sample);
+  /// The whole sample, unless it has these bits already.
+  void renew_component(int component, const Wrench& wrench, ComponentSample& sample);
+  const Quat& quaternion_of(int component);
+  PartState part_state_of(int component, int partner) const;
   /// About the component's origin.
   Wrench wrench_on(int component, std::span<const Wrench> wrenches);
   void fill_robot(std::size_t robot, RobotSample& sample);

@@ -1,5 +1,6 @@
 // Outputs of a simulation: snapshots and explanations.
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <iterator>
@@ -15,6 +16,17 @@ void read_dynamics(const DynamicRobot::Output& output, RobotSample& sample) {
   sample.base_reaction_W = output.base_reaction_W;
   sample.power = output.power;
   sample.drives = output.drives;
+}
+
+std::uint64_t difference(double a, double b) {
+  return std::bit_cast<std::uint64_t>(a) ^ std::bit_cast<std::uint64_t>(b);
+}
+std::uint64_t difference(const Vec3& a, const Vec3& b) {
+  return difference(a.x(), b.x()) | difference(a.y(), b.y()) | difference(a.z(), b.z());
+}
+std::uint64_t difference(const Quat& a, const Quat& b) {
+  return difference(a.x(), b.x()) | difference(a.y(), b.y()) | difference(a.z(), b.z()) |
+         difference(a.w(), b.w());
 }
 }  // namespace
 
@@ -81,10 +93,8 @@ void Simulation::Impl::fill(Snapshot& snapshot) {
   refresh_motion();
   const std::span<const Wrench> wrenches = system().update_wrenches();
   fill_instant(snapshot);
-  for (std::size_t i = 0; i < snapshot.components.size(); ++i) {
-    fill_component(static_cast<int>(i), snapshot.components[i]);
-    snapshot.components[i].F_Bo_W = wrench_on(static_cast<int>(i), wrenches);
-  }
+  for (std::size_t i = 0; i < snapshot.components.size(); ++i)
+    renew_component(static_cast<int>(i), wrenches[i], snapshot.components[i]);
   for (std::size_t i = 0; i < snapshot.robots.size(); ++i) {
     fill_robot(i, snapshot.robots[i]);
     fill_robot_loads(i, wrenches, snapshot.robots[i]);
@@ -106,24 +116,60 @@ void Simulation::Impl::fill_instant(Snapshot& snapshot) const {
   snapshot.state_hash = hash.value();
 }
 
-void Simulation::Impl::fill_component(int component, ComponentSample& sample) {
+const Quat& Simulation::Impl::quaternion_of(int component) {
   const BodyMotion& body = system().motion().bodies[static_cast<std::size_t>(component)];
-  sample.p_WB = body.X_WB.p;
   Orientation& orientation = orientations[static_cast<std::size_t>(component)];
   if (std::memcmp(orientation.R_WB.data(), body.X_WB.R.data(), sizeof(Mat3)) != 0)
     orientation = {body.X_WB.R, body.X_WB.quaternion()};
-  sample.q_WB = orientation.q_WB;
+  return orientation.q_WB;
+}
+
+PartState Simulation::Impl::part_state_of(int component, int partner) const {
+  return is_parked(component) ? PartState::parked
+                              : part_state(model->components, interaction.graph(), component, partner);
+}
+
+void Simulation::Impl::fill_component(int component, ComponentSample& sample) {
+  const BodyMotion& body = system().motion().bodies[static_cast<std::size_t>(component)];
+  sample.p_WB = body.X_WB.p;
+  sample.q_WB = quaternion_of(component);
   sample.V_WB = body.V_WB;
   sample.partner = interaction.partner(component);
-  sample.state = is_parked(component)
-                     ? PartState::parked
-                     : part_state(model->components, interaction.graph(), component, sample.partner);
+  sample.state = part_state_of(component, sample.partner);
 }
 
 Wrench Simulation::Impl::wrench_on(int component, std::span<const Wrench> wrenches) {
   const BodyMotion& body = system().motion().bodies[static_cast<std::size_t>(component)];
   const Wrench& wrench = wrenches[static_cast<std::size_t>(component)];
   return {wrench.f, wrench.t + (body.p_WBcm - body.X_WB.p).cross(wrench.f)};
+}
+
+/// Another thread reads snapshots on another processor: memory that is written has to come back from there, and to go there
+/// again, which takes several times as long as to compare it. Most Parts rest.
+void Simulation::Impl::renew_component(int component, const Wrench& wrench, ComponentSample& sample) {
+  const BodyMotion& body = system().motion().bodies[static_cast<std::size_t>(component)];
+  const Quat& q_WB = quaternion_of(component);
+  const int partner = interaction.partner(component);
+  const PartState state = part_state_of(component, partner);
+  // wrench_on(), number by number: the processor waits where numbers that were just written are read in pairs.
+  const double x = body.p_WBcm.x() - body.X_WB.p.x(), y = body.p_WBcm.y() - body.X_WB.p.y(),
+               z = body.p_WBcm.z() - body.X_WB.p.z();
+  const Vec3& f = wrench.f;
+  const double t_x = wrench.t.x() + (y * f.z() - z * f.y()), t_y = wrench.t.y() + (z * f.x() - x * f.z()),
+               t_z = wrench.t.z() + (x * f.y() - y * f.x());
+  const Vec3& kept_t = sample.F_Bo_W.t;
+  const std::uint64_t different = difference(body.X_WB.p, sample.p_WB) | difference(q_WB, sample.q_WB) |
+                                  difference(body.V_WB.v, sample.V_WB.v) |
+                                  difference(body.V_WB.w, sample.V_WB.w) | difference(f, sample.F_Bo_W.f) |
+                                  difference(t_x, kept_t.x()) | difference(t_y, kept_t.y()) |
+                                  difference(t_z, kept_t.z());
+  if (different == 0 && partner == sample.partner && state == sample.state) return;
+  sample.p_WB = body.X_WB.p;
+  sample.q_WB = q_WB;
+  sample.V_WB = body.V_WB;
+  sample.F_Bo_W = {f, Vec3(t_x, t_y, t_z)};
+  sample.state = state;
+  sample.partner = partner;
 }
 
 void Simulation::Impl::fill_robot(std::size_t robot, RobotSample& sample) {
