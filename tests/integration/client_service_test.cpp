@@ -221,7 +221,7 @@ TEST(ClientAndService, AProgramInRealTimeKeepsTheFactorOfThePace) {
   EXPECT_EQ(plays->pace, takt::Pace::realtime);
   EXPECT_EQ(plays->pace_factor, 0.5);
   controller.signal(SIGTERM);
-  EXPECT_EQ(controller.wait(), 0) << controller.text;
+  EXPECT_EQ(controller.wait(), 128 + SIGTERM) << controller.text;
 }
 
 TEST(TaktCommand, ExitCodesSeparateUsageFromFailure) {

@@ -64,14 +64,14 @@ TEST(StepLimit, TheLimitOfTheBlockAssemblyIsCheckedAtLoad) {
 TEST(StepLimit, ExplicitMethodsAreRefusedForSurfaceContact) {
   EXPECT_THAT(refusal({"solver.method=rk2"}, 3), AllOf(HasSubstr("'rk2'"), HasSubstr("rosenbrock")));
   EXPECT_THAT(refusal({"solver.contact.method=rk4"}, 3), AllOf(HasSubstr("rk4"), HasSubstr("rosenbrock")));
-  EXPECT_EQ(blocks({"solver.method=rk2"})->contact_solver.name, "cvode") << "as the file says";
+  EXPECT_EQ(blocks({"solver.method=rk2"})->contact_solver.name, kAutomaticSolver) << "the default";
 }
 
 TEST(StepLimit, ALevelWhoseStepIsTooLongIsRefused) {
   Simulation simulation(blocks({"solver.contact.step_s=0.008"}, 3));
-  ASSERT_EQ(simulation.solver().name, "cvode");
+  ASSERT_EQ(simulation.solver().name, kAutomaticSolver);
   EXPECT_THAT(simulation.set_level_of_detail(-1, 1), HasSubstr("allowed: at most 6.39 ms"));
-  EXPECT_EQ(simulation.solver().name, "cvode");
+  EXPECT_EQ(simulation.solver().name, kAutomaticSolver);
   ASSERT_TRUE(simulation.step({})) << simulation.fault();
 }
 
