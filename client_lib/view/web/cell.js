@@ -261,12 +261,13 @@ export class Cell {
     this.world.add(column);
   }
 
-  // One material for all that is drawn of robots, in the colour that it has, with the section; shapes with broken edges.
+  // One material for all that is drawn of robots, in the colour that it has, with the section; with a graphics card,
+  // edges are broken.
   dress(model) {
     const planes = this.section ? [this.plane] : [];
     model.traverse((part) => {
       if (!part.isMesh) return;
-      breakEdges(part);
+      if (!this.soft) breakEdges(part);
       part.castShadow = part.receiveShadow = true;
       const [material] = [part.material].flat();
       part.material = new THREE.MeshStandardMaterial({color: material?.color ?? 0xb8c0c8, map: material?.map ?? null, vertexColors: Boolean(material?.vertexColors), roughness: 0.6, side: THREE.DoubleSide, clippingPlanes: planes});
