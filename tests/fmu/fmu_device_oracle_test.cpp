@@ -13,6 +13,7 @@ namespace {
 
 using test::FmuCell;
 using test::kTestFmus;
+using test::refusal_of_fmu;
 using testing::HasSubstr;
 
 /// Speed of the motor after a step of the voltage from rest:
@@ -135,33 +136,27 @@ TEST_P(Motor, OutputsAndTheWholeFmuAreInTheHashes) {
   EXPECT_NE(model_hash(*FmuCell(directory / "changed.fmu").model()), usual);
 }
 
-/// The sentence of the refusal.
-std::string refusal(const std::filesystem::path& fmu, const std::string& keys = "", double step_s = 0.001) {
-  try {
-    FmuCell(fmu, keys, step_s);
-  } catch (const ScenarioError& error) {
-    return error.what();
-  }
-  return "accepted";
-}
-
 TEST_P(Motor, WrongKeysAreRefusedWithTheirPlaceAndReason) {
-  EXPECT_THAT(refusal(fmu(), "inputs: [motor.v]"), HasSubstr("cell.yaml:5:"));
-  EXPECT_THAT(refusal(fmu(), "inputs: [motor.v]"), HasSubstr("it has no variable 'motor.v'; it has R, L, k"));
-  EXPECT_THAT(refusal(fmu(), "inputs: [motor.w]"),
+  EXPECT_THAT(refusal_of_fmu(fmu(), "inputs: [motor.v]"), HasSubstr("cell.yaml:5:"));
+  EXPECT_THAT(refusal_of_fmu(fmu(), "inputs: [motor.v]"),
+              HasSubstr("it has no variable 'motor.v'; it has R, L, k"));
+  EXPECT_THAT(refusal_of_fmu(fmu(), "inputs: [motor.w]"),
               HasSubstr("'motor.w' is no input but has the causality output"));
-  EXPECT_THAT(refusal(fmu(), "outputs: [motor.u]"),
+  EXPECT_THAT(refusal_of_fmu(fmu(), "outputs: [motor.u]"),
               HasSubstr("'motor.u' is no output but has the causality input"));
-  EXPECT_THAT(refusal(fmu(), "parameters: {motor.u: 1}"), HasSubstr("'motor.u' is no parameter"));
-  EXPECT_THAT(refusal(fmu(), "start: {R: 1}"), HasSubstr("'R' is a parameter; it stands under 'parameters'"));
-  EXPECT_THAT(refusal(fmu(), "parameters: {R: wide}"), HasSubstr("found 'wide'; allowed: a number"));
-  EXPECT_THAT(refusal(fmu(), "parameters: {trouble: 0.5}"), HasSubstr("allowed: a whole number"));
-  EXPECT_THAT(refusal(fmu(), "start: {brake: 2}"), HasSubstr("allowed: true or false"));
-  EXPECT_THAT(refusal(fmu(), "start: {motor.u: 30}"), HasSubstr("found 30; allowed: from -24 up to 24"));
-  EXPECT_THAT(refusal(fmu(), "step_s: 0.0015"),
+  EXPECT_THAT(refusal_of_fmu(fmu(), "parameters: {motor.u: 1}"), HasSubstr("'motor.u' is no parameter"));
+  EXPECT_THAT(refusal_of_fmu(fmu(), "start: {R: 1}"),
+              HasSubstr("'R' is a parameter; it stands under 'parameters'"));
+  EXPECT_THAT(refusal_of_fmu(fmu(), "parameters: {R: wide}"), HasSubstr("found 'wide'; allowed: a number"));
+  EXPECT_THAT(refusal_of_fmu(fmu(), "parameters: {trouble: 0.5}"), HasSubstr("allowed: a whole number"));
+  EXPECT_THAT(refusal_of_fmu(fmu(), "start: {brake: 2}"), HasSubstr("allowed: true or false"));
+  EXPECT_THAT(refusal_of_fmu(fmu(), "start: {motor.u: 30}"),
+              HasSubstr("found 30; allowed: from -24 up to 24"));
+  EXPECT_THAT(refusal_of_fmu(fmu(), "step_s: 0.0015"),
               HasSubstr("found 0.0015; allowed: a whole multiple of solver.step_s, 0.001 s"));
-  EXPECT_THAT(refusal(fmu(), "inputs: {u-1: motor.u}"), HasSubstr("the signal 'u-1' cannot have this name"));
-  EXPECT_THAT(refusal(fmu(), "outputs: {motor_u: motor.w}"),
+  EXPECT_THAT(refusal_of_fmu(fmu(), "inputs: {u-1: motor.u}"),
+              HasSubstr("the signal 'u-1' cannot have this name"));
+  EXPECT_THAT(refusal_of_fmu(fmu(), "outputs: {motor_u: motor.w}"),
               HasSubstr("two signals with the name 'motor_u'"));
 }
 

@@ -15,6 +15,7 @@ namespace {
 
 using test::FmuCell;
 using test::kTestFmus;
+using test::refusal_of_fmu;
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
@@ -25,16 +26,6 @@ std::string notes(const FmuCell& cell) {
   std::string all;
   for (const ImportNote& note : cell.model()->import_notes) all += note.sentence + "\n";
   return all;
-}
-
-std::string sentence_of_refusal(const std::filesystem::path& fmu, const std::string& keys,
-                                double step_s = 0.001) {
-  try {
-    FmuCell(fmu, keys, step_s);
-  } catch (const ScenarioError& error) {
-    return error.what();
-  }
-  return "accepted";
 }
 
 TEST(FmuFeatures, ArraysTextsEnumerationsAndResourcesActAsTheFmuStates) {
@@ -55,9 +46,9 @@ TEST(FmuFeatures, ArraysTextsEnumerationsAndResourcesActAsTheFmuStates) {
   FmuCell by_number(kFeatures, "step_s: 0.001, parameters: {mode: 2}, outputs: ['länge[1]']");
   EXPECT_EQ(by_number.value("l_nge_1"), 0.5);
   EXPECT_THAT(
-      sentence_of_refusal(kFeatures, "parameters: {mode: backwards}"),
+      refusal_of_fmu(kFeatures, "parameters: {mode: backwards}"),
       HasSubstr("found 'backwards'; allowed: a whole number or one of its names, as it is, reversed"));
-  EXPECT_THAT(sentence_of_refusal(kFeatures, "parameters: {file: absent.txt}"),
+  EXPECT_THAT(refusal_of_fmu(kFeatures, "parameters: {file: absent.txt}"),
               HasSubstr("answered fmi3Error to fmi3EnterInitializationMode"));
 }
 
@@ -75,24 +66,23 @@ TEST(FmuFeatures, AStructuralParameterSetsTheSizesOfArrays) {
   EXPECT_EQ(one.value("length"), 40.0);
   EXPECT_EQ(one.value("y_39"), 2.5);
   EXPECT_EQ(one.value("y_40"), 0.5);
-  EXPECT_THAT(sentence_of_refusal(kFeatures, "parameters: {n: 40}"),
+  EXPECT_THAT(refusal_of_fmu(kFeatures, "parameters: {n: 40}"),
               HasSubstr("found 40 inputs and 40 outputs; allowed: 31"));
-  EXPECT_THAT(sentence_of_refusal(kFeatures, "parameters: {n: 101}"),
+  EXPECT_THAT(refusal_of_fmu(kFeatures, "parameters: {n: 101}"),
               HasSubstr("found 101; allowed: from 1 up to 100"));
-  EXPECT_THAT(sentence_of_refusal(kFeatures, "start: {n: 3}"), HasSubstr("'n' is a parameter"));
+  EXPECT_THAT(refusal_of_fmu(kFeatures, "start: {n: 3}"), HasSubstr("'n' is a parameter"));
 }
 
 TEST(FmuFeatures, WhatIsNotUsedHarmsNothing) {
   const FmuCell cell(kFeatures, "step_s: 0.001");
   EXPECT_EQ(cell.device().signals.size(), 5U);
   EXPECT_THAT(notes(cell), HasSubstr("no signals are picture, camera, unsized of the FMU"));
-  EXPECT_THAT(sentence_of_refusal(kFeatures, "outputs: ['camera[1]']"),
+  EXPECT_THAT(refusal_of_fmu(kFeatures, "outputs: ['camera[1]']"),
               HasSubstr("'camera' has more than 10000 elements"));
-  EXPECT_THAT(sentence_of_refusal(kFeatures, "outputs: ['unsized[1]']"),
+  EXPECT_THAT(refusal_of_fmu(kFeatures, "outputs: ['unsized[1]']"),
               HasSubstr("a dimension of 'unsized' has no size"));
-  EXPECT_THAT(sentence_of_refusal(kFeatures, "outputs: [picture]"),
-              HasSubstr("'picture' has the type Binary"));
-  EXPECT_THAT(sentence_of_refusal(kFeatures, "inputs: [tick]"), HasSubstr("'tick' has the type Clock"));
+  EXPECT_THAT(refusal_of_fmu(kFeatures, "outputs: [picture]"), HasSubstr("'picture' has the type Binary"));
+  EXPECT_THAT(refusal_of_fmu(kFeatures, "inputs: [tick]"), HasSubstr("'tick' has the type Clock"));
 }
 
 /// It refuses a second instance in its process.
@@ -144,7 +134,7 @@ TEST(FmuClocks, TickInEventModeWithTheInputsOfTheInstant) {
       notes(FmuCell(kTestFmus / "clocked.fmu", "", 0.03)),
       HasSubstr("the clock 'sampling' of the FMU ticks every 0.2 s, at the end of the step of 0.03 s"));
   EXPECT_THAT(
-      sentence_of_refusal(kTestFmus / "clocked.fmu", "", 0.3),
+      refusal_of_fmu(kTestFmus / "clocked.fmu", "", 0.3),
       HasSubstr("its clock 'sampling' ticks every 0.2 s; found a step of 0.3 s; allowed: up to this"));
 }
 
@@ -178,14 +168,14 @@ TEST(FmuStep, AnInternalStepDividesTheStepOfTheFmu) {
   const OtherMotor motor(
       "canHandleVariableCommunicationStepSize=\"true\"",
       "canHandleVariableCommunicationStepSize=\"true\" fixedInternalStepSize=\"0.0020000001\"");
-  EXPECT_EQ(sentence_of_refusal(motor.fmu(), "step_s: 0.002"), "accepted") << "a number with few digits";
-  EXPECT_EQ(sentence_of_refusal(motor.fmu(), "", 0.006), "accepted");
+  EXPECT_EQ(refusal_of_fmu(motor.fmu(), "step_s: 0.002"), "accepted") << "a number with few digits";
+  EXPECT_EQ(refusal_of_fmu(motor.fmu(), "", 0.006), "accepted");
   EXPECT_THAT(
-      sentence_of_refusal(motor.fmu(), "step_s: 0.001"),
+      refusal_of_fmu(motor.fmu(), "step_s: 0.001"),
       HasSubstr(
           "its internal step is 0.0020000001 s; found a step of 0.001 s; allowed: a whole multiple, e.g. "
           "step_s: 0.0020000001"));
-  EXPECT_THAT(sentence_of_refusal(motor.fmu(), "", 0.003), HasSubstr("found a step of 0.003 s"));
+  EXPECT_THAT(refusal_of_fmu(motor.fmu(), "", 0.003), HasSubstr("found a step of 0.003 s"));
 }
 
 /// FMUs written in Python state this, and run in their process.
@@ -200,7 +190,7 @@ TEST(FmuTool, OneThatIsNeededIsNamedAndMayBePartOfTheFmu) {
   const OtherMotor absent(
       "instantiationToken=\"motor\" generationTool=\"a C compiler\">\n  <CoSimulation",
       "instantiationToken=\"none\" generationTool=\"T\">\n  <CoSimulation needsExecutionTool=\"true\"");
-  EXPECT_THAT(sentence_of_refusal(absent.fmu(), ""),
+  EXPECT_THAT(refusal_of_fmu(absent.fmu(), ""),
               AllOf(HasSubstr("returned no instance"),
                     HasSubstr("It needs T (needsExecutionTool), which takt lets it neither")));
 }
@@ -214,7 +204,7 @@ TEST(FmuLibraryFile, TheOnlyOneIsTakenWhateverItsName) {
   cell.command("motor_u", 12.0);
   ASSERT_TRUE(cell.step(10));
   EXPECT_GT(cell.value("motor_w"), 1.0);
-  EXPECT_THAT(sentence_of_refusal(two.fmu(), ""),
+  EXPECT_THAT(refusal_of_fmu(two.fmu(), ""),
               HasSubstr("no binary for this platform, binaries/x86_64-linux/motor.so; found there only "));
 }
 

@@ -73,4 +73,15 @@ class FmuCell {
   std::string notices_;
 };
 
+/// The sentence by which a cell with this FMU is refused.
+inline std::string refusal_of_fmu(const std::filesystem::path& fmu, const std::string& keys = "",
+                                  double step_s = 0.001) {
+  try {
+    FmuCell(fmu, keys, step_s);
+  } catch (const ScenarioError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
 }  // namespace takt::test

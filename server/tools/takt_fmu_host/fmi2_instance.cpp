@@ -30,9 +30,11 @@ const char* word(fmi2Status status) {
   return kWords[static_cast<std::size_t>(status) % kWords.size()];
 }
 
-void check(const std::string& call, fmi2Status status) {
+/// `variable`: of which the call is, if any. Texts are made of failures alone: each step has a call for each variable.
+void check(const char* call, fmi2Status status, const std::string& variable = {}) {
   if (status == fmi2OK || status == fmi2Warning) return;
-  throw FmiError(with_message(std::string("the FMU answered fmi2") + word(status) + " to " + call));
+  throw FmiError(with_message(std::string("the FMU answered fmi2") + word(status) + " to " + call +
+                              (variable.empty() ? "" : " of '" + variable + "'")));
 }
 
 // Functions that every run needs, and others.
@@ -50,10 +52,6 @@ struct Functions {
   TAKT_FMI2_OTHER_FUNCTIONS(TAKT_FMI2)
 #undef TAKT_FMI2
 };
-
-std::string of(const char* call, const std::string& variable) {
-  return std::string(call) + " of '" + variable + "'";
-}
 
 class Instance final : public FmiInstance {
  public:
@@ -137,10 +135,10 @@ class Instance final : public FmiInstance {
     const fmi2ValueReference at = setting.reference;
     if (setting.type == FmuType::text) {
       const fmi2String text = value.c_str();
-      check(of("fmi2SetString", setting.name), f_.SetString(c_, &at, 1, &text));
+      check("fmi2SetString", f_.SetString(c_, &at, 1, &text), setting.name);
     } else if (setting.type == FmuType::boolean) {
       const fmi2Boolean flag = value == "true" ? fmi2True : fmi2False;
-      check(of("fmi2SetBoolean", setting.name), f_.SetBoolean(c_, &at, 1, &flag));
+      check("fmi2SetBoolean", f_.SetBoolean(c_, &at, 1, &flag), setting.name);
     } else {
       set({setting.name, setting.type, setting.reference, 1, 0, {}}, std::strtod(value.c_str(), nullptr));
     }
@@ -149,13 +147,13 @@ class Instance final : public FmiInstance {
   void set(const Place& place, double value) {
     const fmi2ValueReference at = place.reference;
     if (place.type == FmuType::float64) {
-      check(of("fmi2SetReal", place.name), f_.SetReal(c_, &at, 1, &value));
+      check("fmi2SetReal", f_.SetReal(c_, &at, 1, &value), place.name);
     } else if (place.type == FmuType::boolean) {
       const fmi2Boolean flag = value >= 0.5 ? fmi2True : fmi2False;
-      check(of("fmi2SetBoolean", place.name), f_.SetBoolean(c_, &at, 1, &flag));
+      check("fmi2SetBoolean", f_.SetBoolean(c_, &at, 1, &flag), place.name);
     } else {
       const auto whole = static_cast<fmi2Integer>(std::lround(value));
-      check(of("fmi2SetInteger", place.name), f_.SetInteger(c_, &at, 1, &whole));
+      check("fmi2SetInteger", f_.SetInteger(c_, &at, 1, &whole), place.name);
     }
   }
 
@@ -164,14 +162,14 @@ class Instance final : public FmiInstance {
       const Place& place = p_.outputs[i];
       const fmi2ValueReference at = place.reference;
       if (place.type == FmuType::float64) {
-        check(of("fmi2GetReal", place.name), f_.GetReal(c_, &at, 1, &outputs[i]));
+        check("fmi2GetReal", f_.GetReal(c_, &at, 1, &outputs[i]), place.name);
       } else if (place.type == FmuType::boolean) {
         fmi2Boolean flag = fmi2False;
-        check(of("fmi2GetBoolean", place.name), f_.GetBoolean(c_, &at, 1, &flag));
+        check("fmi2GetBoolean", f_.GetBoolean(c_, &at, 1, &flag), place.name);
         outputs[i] = flag != fmi2False ? 1.0 : 0.0;
       } else {
         fmi2Integer whole = 0;
-        check(of("fmi2GetInteger", place.name), f_.GetInteger(c_, &at, 1, &whole));
+        check("fmi2GetInteger", f_.GetInteger(c_, &at, 1, &whole), place.name);
         outputs[i] = whole;
       }
     }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <map>
+#include <string_view>
 #include <type_traits>
 
 #include "server/tools/takt_fmu_host/fmi_instance.h"
@@ -21,11 +22,13 @@ void log(fmi3InstanceEnvironment, fmi3Status status, fmi3String, fmi3String mess
   last_message() = std::string(message).substr(0, 500);
 }
 
-void check(const std::string& call, fmi3Status status) {
+/// `variable`: of which the call is, if any. Texts are made of failures alone: each step has a call for each variable.
+void check(const char* call, fmi3Status status, std::string_view variable = {}) {
   constexpr std::array<const char*, 5> kWords{"OK", "Warning", "Discard", "Error", "Fatal"};
   if (status == fmi3OK || status == fmi3Warning) return;
   throw FmiError(with_message(std::string("the FMU answered fmi3") +
-                              kWords[static_cast<std::size_t>(status) % kWords.size()] + " to " + call));
+                              kWords[static_cast<std::size_t>(status) % kWords.size()] + " to " + call +
+                              (variable.empty() ? "" : " '" + std::string(variable) + "'")));
 }
 
 /// Numbers as texts: whole ones with all their digits.
@@ -245,21 +248,21 @@ class Instance final : public FmiInstance {
     if (setting.type == FmuType::text) {
       std::vector<fmi3String> texts;
       for (const std::string& value : setting.values) texts.push_back(value.c_str());
-      return check("setting '" + setting.name + "'", SetString_(c_, &at, 1, texts.data(), texts.size()));
+      return check("setting", SetString_(c_, &at, 1, texts.data(), texts.size()), setting.name);
     }
     with_type(setting.type, [&]<class T>(T, auto, auto setter) {
       const std::unique_ptr<T[]> values(new T[setting.values.size()]);
       for (std::size_t i = 0; i < setting.values.size(); ++i) values[i] = number_of<T>(setting.values[i]);
-      check("setting '" + setting.name + "'", setter(c_, &at, 1, values.get(), setting.values.size()));
+      check("setting", setter(c_, &at, 1, values.get(), setting.values.size()), setting.name);
     });
   }
 
-  void set_numbers(const std::string& name, FmuType type, fmi3ValueReference at,
+  void set_numbers(std::string_view name, FmuType type, fmi3ValueReference at,
                    std::span<const double> numbers) {
     with_type(type, [&]<class T>(T, auto, auto setter) {
       const std::unique_ptr<T[]> values(new T[numbers.size()]);
       for (std::size_t i = 0; i < numbers.size(); ++i) values[i] = to_type<T>(numbers[i]);
-      check("setting the input '" + name + "'", setter(c_, &at, 1, values.get(), numbers.size()));
+      check("setting the input", setter(c_, &at, 1, values.get(), numbers.size()), name);
     });
   }
 
@@ -269,7 +272,7 @@ class Instance final : public FmiInstance {
       const fmi3ValueReference at = place.reference;
       with_type(place.type, [&]<class T>(T, auto getter, auto) {
         const std::unique_ptr<T[]> values(new T[place.elements]());
-        check("reading '" + place.name + "'", getter(c_, &at, 1, values.get(), place.elements));
+        check("reading", getter(c_, &at, 1, values.get(), place.elements), place.name);
         outputs[i] = static_cast<double>(values[place.element]);
       });
     }
