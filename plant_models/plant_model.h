@@ -155,6 +155,9 @@ class PlantModel {
   virtual void state_scales(double* scales) const {
     for (int i = 0; i < state_count(); ++i) scales[i] = 1.0;
   }
+  /// How many of the first states are allowed tolerance * s alone: poses and twists, whose numbers depend on the place and
+  /// the motion of the frame.
+  virtual int absolute_states() const { return 0; }
 
   /// Saves discrete state (plant_models/state_bytes.h): all that influences the model's motion besides its
   /// segment of the state vector. load() throws StateError for invalid bytes.

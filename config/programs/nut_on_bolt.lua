@@ -63,7 +63,7 @@ routine("Robot", function(r)
   r:wait(0.3)
   tare()
   r:step("set down")
-  repeat move(r, 0.00005, 0, FEEL) until push(r) > 4
+  repeat move(r, 0.00005, 0, FEEL) until push(r) > 3
 
   -- Pressed with 3 to 6 N it turns backwards: before the start of the thread it sinks, behind it it rises.
   r:step("find the thread")

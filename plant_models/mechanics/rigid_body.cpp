@@ -78,13 +78,14 @@ void RigidBody::derivatives(double, const double* x, const CellMotion& motion,
 }
 
 void RigidBody::state_scales(double* scales) const {
-  // Typical sizes are tens of centimetres, typical speeds about a metre per second.
-  for (int i = 0; i < 7; ++i) scales[i] = 0.1;
-  for (int i = 7; i < 10; ++i) scales[i] = 1.0;
+  constexpr double kLength_m = 0.005, kSpeed_m_per_s = 0.05;
   // Errors of rotation count as those of the points that they move: no point of a solid box is further from the centre of
   // mass than sqrt(3) times its polar radius of gyration, and half of the inertia's trace is that radius squared per mass.
   const double radius_m = std::sqrt(1.5 * parameters_.I_BBcm_B.trace() / parameters_.mass_kg);
-  for (int i = 10; i < kStates; ++i) scales[i] = 1.0 / radius_m;
+  for (int i = 0; i < 3; ++i) scales[i] = kLength_m;
+  for (int i = 3; i < 7; ++i) scales[i] = 0.5 * kLength_m / radius_m;  // q' is half of the rotation
+  for (int i = 7; i < 10; ++i) scales[i] = kSpeed_m_per_s;
+  for (int i = 10; i < kStates; ++i) scales[i] = kSpeed_m_per_s / radius_m;
 }
 
 double mechanical_energy(const RigidBodyParameters& parameters, const double* x) {

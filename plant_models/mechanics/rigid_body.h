@@ -33,7 +33,10 @@ class RigidBody final : public PlantModel {
   void write_motion(double t, const double* x, CellMotion& motion) const override;
   void derivatives(double t, const double* x, const CellMotion& motion, std::span<const Wrench> wrenches,
                    double* xdot) const override;
+  /// At a tolerance of 1e-4 no point of the Part is off by more than about 0.5 um and 5 um/s per step: a two-hundredth of the
+  /// speed at which regularised friction holds, so that forces of contacts are right too.
   void state_scales(double* scales) const override;
+  int absolute_states() const override { return kStates; }
   /// Velocities v, w; the gyroscopic torque is left out.
   std::unique_ptr<VelocityForm> make_velocity_form() const override;
   /// Rate at which a quaternion's length error decays (1/s). Large enough to follow any drift, small against

@@ -36,18 +36,19 @@ AdaptiveProblem::AdaptiveProblem(const OdeSystem& system, double tolerance, Syst
       earliest_(-kInfinity),
       latest_(kInfinity),
       indicator_count_(system.indicator_count()),
-      absolute_tolerances_(static_cast<std::size_t>(system.state_count())),
+      scales_(system, 1.0, kInfinity),
       f_([this](double t, const double* x, double* xdot) { return derivatives(t, x, xdot); }) {
-  // BDF at a loose tolerance gains energy in impacts of small Parts unless their rotation weighs more (FastBodies.*).
-  constexpr double kMostRotation_rad_per_s = 1.0;
-  system.state_scales(absolute_tolerances_, kMostRotation_rad_per_s);
-  for (double& value : absolute_tolerances_) value *= tolerance;
   if (is_coupled(matrix, system)) {
     coupled_ = std::make_unique<VelocitySystem>(system);
-    work_.resize(absolute_tolerances_.size());
+    work_.resize(scales_.count());
   } else {
     jacobian_ = std::make_unique<SystemJacobian>(system);
   }
+}
+
+void AdaptiveProblem::error_weights(const double* x, double* weights) const {
+  for (std::size_t i = 0; i < scales_.count(); ++i)
+    weights[i] = 1.0 / (tolerance_ * scales_.allowed(i, std::abs(x[i])));
 }
 
 double AdaptiveProblem::error_norm(const double* errors, const double* weights) const {
@@ -71,7 +72,7 @@ void AdaptiveProblem::find_groups(double t, const double* x) {
 
 bool AdaptiveProblem::derivatives(double t, const double* x, double* xdot) {
   ++evaluations;
-  const std::size_t n = absolute_tolerances_.size();
+  const std::size_t n = scales_.count();
   try {
     system_->derivatives(std::clamp(t, earliest_, latest_), {x, n}, {xdot, n});
   } catch (const std::exception& error) {
@@ -84,7 +85,7 @@ bool AdaptiveProblem::derivatives(double t, const double* x, double* xdot) {
 bool AdaptiveProblem::indicators(double t, const double* x, double* g) {
   const std::span<double> values(g, static_cast<std::size_t>(indicator_count_));
   try {
-    system_->indicators(std::clamp(t, earliest_, latest_), {x, absolute_tolerances_.size()}, values);
+    system_->indicators(std::clamp(t, earliest_, latest_), {x, scales_.count()}, values);
   } catch (const std::exception& error) {
     thrown_ = error.what();
     return false;
@@ -97,7 +98,7 @@ bool AdaptiveProblem::evaluate_jacobian(double t, const double* x, const double*
   if (jacobian_) return jacobian_->evaluate(t, x, f0, f_);
   // Motion and wrenches may be those of another trial.
   if (!derivatives(t, x, work_.data())) return false;
-  coupled_->linearise(*system_, std::clamp(t, earliest_, latest_), {x, absolute_tolerances_.size()},
+  coupled_->linearise(*system_, std::clamp(t, earliest_, latest_), {x, scales_.count()},
                       Linearisation::tangent);
   return true;
 }
@@ -111,7 +112,7 @@ void AdaptiveProblem::solve(double* b) {
   if (jacobian_)
     jacobian_->solve(b);
   else
-    coupled_->solve({b, absolute_tolerances_.size()});
+    coupled_->solve({b, scales_.count()});
 }
 
 AdaptiveIntegrator::AdaptiveIntegrator(const SolverParameters& parameters, const OdeSystem& system)

@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "server/simulation/model/solver.h"
+#include "server/simulation/solver/error_scales.h"
 #include "server/simulation/solver/system_jacobian.h"
 #include "server/simulation/solver/velocity_system.h"
 
@@ -21,10 +22,10 @@ class AdaptiveProblem {
   /// finite differences.
   AdaptiveProblem(const OdeSystem& system, double tolerance, SystemMatrix matrix);
 
-  int state_count() const { return static_cast<int>(absolute_tolerances_.size()); }
+  int state_count() const { return static_cast<int>(scales_.count()); }
   int indicator_count() const { return indicator_count_; }
-  double relative_tolerance() const { return tolerance_; }
-  std::span<const double> absolute_tolerances() const { return absolute_tolerances_; }
+  /// Reciprocals of the errors that are allowed at x.
+  void error_weights(const double* x, double* weights) const;
   /// Norm of errors with their weights: the root mean square of the worst model. The number of other models in the cell
   /// must not loosen the tolerance.
   double error_norm(const double* errors, const double* weights) const;
@@ -63,7 +64,7 @@ class AdaptiveProblem {
   double tolerance_;
   double earliest_, latest_;
   int indicator_count_;
-  std::vector<double> absolute_tolerances_;
+  ErrorScales scales_;
   // Exactly one of the two exists.
   std::unique_ptr<SystemJacobian> jacobian_;
   std::unique_ptr<VelocitySystem> coupled_;

@@ -237,13 +237,8 @@ void OdeSystem::time_derivative(double t, std::span<const double> x, std::span<d
   }
 }
 
-void OdeSystem::state_scales(std::span<double> scales, double most_rotation_rad_per_s) const {
+void OdeSystem::state_scales(std::span<double> scales) const {
   for (const Segment& segment : segments_) segment.model->state_scales(scales.data() + segment.begin);
-  for (const Block& block : blocks_) {
-    if (block.body < 0 || block.states.end - block.states.begin != RigidBody::kStates) continue;
-    for (std::size_t i = block.states.end - 3; i < block.states.end; ++i)
-      scales[i] = std::min(scales[i], most_rotation_rad_per_s);
-  }
 }
 
 }  // namespace takt

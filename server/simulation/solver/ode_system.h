@@ -147,9 +147,7 @@ class OdeSystem {
   /// The component that holds this one at present, or -1.
   int partner(int body) const { return interaction_.partner(body); }
   /// Typical sizes of all states.
-  /// `most_rotation_rad_per_s`: bound of those of the angular velocities of Parts.
-  void state_scales(std::span<double> scales,
-                    double most_rotation_rad_per_s = std::numeric_limits<double>::infinity()) const;
+  void state_scales(std::span<double> scales) const;
 
   std::uint64_t evaluations() const { return evaluations_; }
   /// Time spent on wrenches, where a clock (seconds) is set.

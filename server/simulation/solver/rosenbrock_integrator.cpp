@@ -26,7 +26,9 @@ constexpr int kMaxLocating = 8;
 constexpr int kMaxSwitchesAtOnce = 20;
 // A whole communication step by two stages, instead of four, needs an error below one of these shares of the
 // tolerance: by the difference from Euler's method, or by its change since the communication step before.
-constexpr double kCalmError = 0.02, kCalmChange = 0.2;
+// The latter needs a defect below the third.
+constexpr double kCalmError = 0.02, kCalmChange = 0.2, kCalmDefect = 0.2;
+constexpr char kCalm = 1, kCalmByChange = 2;
 // Communication steps that one matrix serves, that pass with a matrix of their own after a kept one was not enough, and
 // by four stages after two were not.
 constexpr int kKeptSteps = 20, kFreshSteps = 20, kBusySteps = 6;
@@ -190,13 +192,9 @@ bool RosenbrockIntegrator::step_calmly(OdeSystem& system, double t, double h, bo
       kept ? trial_.two_stages_again(system, t, h, x) : trial_.two_stages(system, t, h, x);
   const bool finite = outcome != Outcome::not_finite;
   const bool follows = finite && remembers_ && same_models(system, h);
-  calm_ = finite &&
-          (trial_.error() <= kCalmError || (follows && trial_.error_by_change(system, x) <= kCalmChange)) &&
-          mode_ends_at(system, t + h) > 1.0;
-  if (finite && !calm_)
-    note_calm(system, follows, x);
-  else
-    std::fill(calm_segments_.begin(), calm_segments_.end(), 0);
+  std::fill(calm_segments_.begin(), calm_segments_.end(), 0);
+  calm_ = finite && find_calm(system, t, h, follows, x) && mode_ends_at(system, t + h) > 1.0;
+  if (calm_) std::fill(calm_segments_.begin(), calm_segments_.end(), 0);
   if (calm_ || !kept) {
     remembers_ = finite;
     if (finite) trial_.remember();
@@ -217,12 +215,25 @@ bool RosenbrockIntegrator::step_calmly(OdeSystem& system, double t, double h, bo
   return false;
 }
 
-void RosenbrockIntegrator::note_calm(const OdeSystem& system, bool follows, std::span<const double> x) {
-  if (follows) trial_.error_by_change(system, x);
+/// Of the last trial by two stages. True: all segments are calm.
+bool RosenbrockIntegrator::find_calm(OdeSystem& system, double t, double h, bool follows,
+                                     std::span<const double> x) {
+  if (follows) trial_.find_change(system);
+  bool all = true, by_change = false;
+  for (const std::size_t segment : system.active_segments()) {
+    if (system.segments()[segment].count == 0) continue;
+    char& calm = calm_segments_[segment];
+    calm = trial_.error_of(system, segment, x) <= kCalmError                ? kCalm
+           : follows && trial_.change_of(system, segment, x) <= kCalmChange ? kCalmByChange
+                                                                            : 0;
+    all = all && calm != 0, by_change = by_change || calm == kCalmByChange;
+  }
+  if (!by_change) return all;
+  trial_.find_defect(system, t, h);
   for (const std::size_t segment : system.active_segments())
-    calm_segments_[segment] = system.segments()[segment].count > 0 &&
-                              (trial_.error_of(system, segment, x) <= kCalmError ||
-                               (follows && trial_.change_of(system, segment, x) <= kCalmChange));
+    if (calm_segments_[segment] == kCalmByChange && !(trial_.defect_of(system, segment, x) <= kCalmDefect))
+      calm_segments_[segment] = 0, all = false;
+  return all;
 }
 
 bool RosenbrockIntegrator::try_whole(OdeSystem& system, double t, double whole_s, double h, bool& begun,

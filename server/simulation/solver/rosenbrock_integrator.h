@@ -83,7 +83,7 @@ class RosenbrockIntegrator final : public Integrator {
   double common_step();
   bool take_island(OdeSystem& system, double t, double h, std::size_t island, std::span<double> x);
   void read_paces(const OdeSystem& system, std::span<const std::size_t> segments);
-  void note_calm(const OdeSystem& system, bool follows, std::span<const double> x);
+  bool find_calm(OdeSystem& system, double t, double h, bool follows, std::span<const double> x);
   /// The derivatives at (t, x), and a new matrix unless it is kept.
   bool begin(OdeSystem& system, double t, double h, bool keeps_matrix, std::span<const double> x);
   /// As in the last trial by two stages.

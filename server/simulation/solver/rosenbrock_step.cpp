@@ -19,6 +19,10 @@ constexpr double kOfEuler = 0.1;
 // Share of the change of that difference from one step to the next. The difference is h^2/2 times the second
 // derivative, its change h^3/2 times the third one, and h^3/6 times that more than the error of ROS2.
 constexpr double kOfChange = 1.0 / 3.0;
+// The methods with bounded cost, which have the secant of friction, judge Parts by scales of 0.1 m and 1 m/s. With a looser
+// weight of rotations Parts slide 2 % off the closed form (BoundedSolver.*).
+constexpr double kLooseness = 20.0, kMostRotation_rad_per_s = 1.0;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 template <class Visit>
 void for_each_active(const OdeSystem& system, const Visit& visit) {
@@ -39,15 +43,11 @@ RosenbrockStep::RosenbrockStep(const OdeSystem& system, double tolerance, Solver
       tolerance_(tolerance),
       statistics_(statistics),
       of_friction_(of_friction),
-      scales_(static_cast<std::size_t>(system.state_count())) {
-  // With the secant of friction a looser weight of rotations lets Parts slide 2 % off the closed form (BoundedSolver.*).
-  constexpr double kMostRotation_rad_per_s = 1.0;
-  system.state_scales(scales_, of_friction == Linearisation::secant
-                                   ? kMostRotation_rad_per_s
-                                   : std::numeric_limits<double>::infinity());
+      scales_(of_friction == Linearisation::secant ? ErrorScales(system, kLooseness, kMostRotation_rad_per_s)
+                                                   : ErrorScales(system, 1.0, kInfinity)) {
   for (auto* values :
        {&f0_, &f1_, &rate_, &work_, &new_x_, &errors_, &remembered_, &u_[0], &u_[1], &u_[2], &u_[3]})
-    values->resize(scales_.size());
+    values->resize(scales_.count());
 }
 
 double RosenbrockStep::clamped(double t) const {
@@ -179,10 +179,20 @@ RosenbrockStep::Outcome RosenbrockStep::judge(const OdeSystem& system, std::span
   return error_ <= 1.0 ? Outcome::good : Outcome::too_large;
 }
 
-double RosenbrockStep::error_by_change(const OdeSystem& system, std::span<const double> x) {
+void RosenbrockStep::find_change(const OdeSystem& system) {
   for_each_active(system,
                   [&](std::size_t i) { u_[2][i] = kOfChange / kOfEuler * (errors_[i] - remembered_[i]); });
-  return error_of(system, x, u_[2]);
+}
+
+void RosenbrockStep::find_defect(OdeSystem& system, double t, double h) {
+  const std::vector<double>&k1 = u_[0], &k2 = u_[1];
+  std::vector<double>& defect = u_[3];
+  system.derivatives(clamped(t + h), new_x_, defect);
+  ++statistics_.evaluations;
+  // Of smooth motion k1 is the rate at t + gamma h, and k1 + k2 its change over the step.
+  for_each_active(system, [&](std::size_t i) { defect[i] -= k1[i] + (1.0 - gamma_) * (k1[i] + k2[i]); });
+  linear_.solve(defect);
+  for_each_active(system, [&](std::size_t i) { defect[i] *= gamma_ * h; });
 }
 
 double RosenbrockStep::bend_of(const OdeSystem& system, std::size_t segment, double h,
@@ -213,8 +223,8 @@ double RosenbrockStep::error_of(const OdeSystem& system, std::size_t segment, st
   if (count == 0) return 0.0;
   double sum = 0.0;
   for (std::size_t i = begin; i < begin + count; ++i) {
-    const double size = std::max(std::abs(x[i]), std::abs(new_x_[i])) + scales_[i];
-    const double e = errors[i] / (tolerance_ * size);
+    const double allowed = scales_.allowed(i, std::max(std::abs(x[i]), std::abs(new_x_[i])));
+    const double e = errors[i] / (tolerance_ * allowed);
     sum += e * e;
   }
   return std::sqrt(sum / static_cast<double>(count));

@@ -4,7 +4,8 @@
 //   ROS34PW2 (rosenbrock_tableau.h): four stages, order 3, error estimate of order 2.
 //   ROS2 (implicit_integrator.h): two stages, order 2; its error estimate is a tenth of the difference from
 //   x + h k1, which is of order 1. Where trials of equal size follow one another, the change of that difference
-//   is an estimate of order 2.
+//   is an estimate of order 2. Its defect, f at the end less the rate at which the step ends, filtered by the matrix
+//   (Enright, Analysis of error control strategies for continuous Runge-Kutta methods, SIAM J. Numer. Anal. 26, 1989).
 //   The linearly implicit method of Euler, (I - h A) k = f + h f_t, x + h k: order 1. It dissipates the
 //   energy of unresolved motion.
 #include <limits>
@@ -12,6 +13,7 @@
 #include <vector>
 
 #include "server/simulation/model/solver.h"
+#include "server/simulation/solver/error_scales.h"
 #include "server/simulation/solver/velocity_system.h"
 
 namespace takt {
@@ -53,15 +55,23 @@ class RosenbrockStep {
   const std::vector<double>& stage_x() const { return work_; }
   /// Error of the last trial of two or four stages, in units of the tolerance.
   double error() const { return error_; }
-  /// Of the last trial of two stages from x, by how its difference from Euler's method differs from that of the
-  /// trial that was remembered, one step of the same size earlier: of order 2, so that steady acceleration has none.
-  double error_by_change(const OdeSystem& system, std::span<const double> x);
-  /// The same two of one segment; the second one after error_by_change().
+  /// The same of one segment.
   double error_of(const OdeSystem& system, std::size_t segment, std::span<const double> x) const {
     return error_of(system, segment, x, errors_);
   }
+  /// Of the last trial of two stages: how its difference from Euler's method differs from that of the trial that was
+  /// remembered, one step of the same size earlier: an error of order 2, so that steady acceleration has none.
+  void find_change(const OdeSystem& system);
+  /// After find_change().
   double change_of(const OdeSystem& system, std::size_t segment, std::span<const double> x) const {
     return error_of(system, segment, x, u_[2]);
+  }
+  /// Of the last trial of two stages: how far stiff states are from where the forces at its end drive them. The other two
+  /// estimates do not see an error that each trial makes alike, such as that of an A that lacks terms.
+  void find_defect(OdeSystem& system, double t, double h);
+  /// After find_defect().
+  double defect_of(const OdeSystem& system, std::size_t segment, std::span<const double> x) const {
+    return error_of(system, segment, x, u_[3]);
   }
   /// How far the cubic through a trial of four stages is from the straight line between its ends, in units of the tolerance.
   double bend_of(const OdeSystem& system, std::size_t segment, double h, std::span<const double> x);
@@ -81,7 +91,7 @@ class RosenbrockStep {
   double tolerance_;
   SolverStatistics& statistics_;
   Linearisation of_friction_;
-  std::vector<double> scales_;
+  ErrorScales scales_;
   std::vector<double> f0_, f1_, rate_, work_, new_x_, errors_, remembered_;
   std::vector<double> u_[4];
   double error_ = 0.0;

@@ -31,7 +31,7 @@ constexpr auto ARKodeGetNonlinSolvStats = ARKStepGetNonlinSolvStats;
 constexpr auto ARKodeGetNumErrTestFails = ARKStepGetNumErrTestFails;
 constexpr auto ARKodeGetNumSteps = ARKStepGetNumSteps;
 constexpr auto ARKodeRootInit = ARKStepRootInit;
-constexpr auto ARKodeSVtolerances = ARKStepSVtolerances;
+constexpr auto ARKodeWFtolerances = ARKStepWFtolerances;
 constexpr auto ARKodeSetDeduceImplicitRhs = ARKStepSetDeduceImplicitRhs;
 constexpr auto ARKodeSetDeltaGammaMax = ARKStepSetDeltaGammaMax;
 constexpr auto ARKodeSetInitStep = ARKStepSetInitStep;
@@ -122,6 +122,11 @@ bool reports(void*, System&) {
 }
 constexpr auto cvode_reports = reports, arkode_reports = reports, ida_reports = reports;
 #endif
+
+int error_weights(N_Vector x, N_Vector weights, void* user_data) {
+  of(user_data).problem->error_weights(N_VGetArrayPointer(x), N_VGetArrayPointer(weights));
+  return kGood;
+}
 
 int linear_system(sunrealtype t, N_Vector x, N_Vector f, SUNMatrix, sunbooleantype keep,
                   sunbooleantype* fresh, sunrealtype gamma, void* user_data, N_Vector, N_Vector, N_Vector) {
@@ -215,13 +220,10 @@ class SundialsMethod : public AdaptiveMethod {
     require(SUNContext_Create(SUN_COMM_NULL, &context_) == 0 && context_reports(context_, system_),
             "a context");
     x_ = with_problem(N_VNew_Serial(problem.state_count(), context_), &problem);
-    tolerances_ = with_problem(N_VNew_Serial(problem.state_count(), context_), &problem);
     matrix_ = empty_matrix(context_);
     solver_ = block_solver(context_, system_);
-    require(x_ && tolerances_ && matrix_ && solver_, "memory");
+    require(x_ && matrix_ && solver_, "memory");
     N_VConst(0.0, x_);
-    std::copy(problem.absolute_tolerances().begin(), problem.absolute_tolerances().end(),
-              N_VGetArrayPointer(tolerances_));
     down_.assign(static_cast<std::size_t>(problem.indicator_count()), -1);
   }
   SundialsMethod(const SundialsMethod&) = delete;
@@ -229,7 +231,6 @@ class SundialsMethod : public AdaptiveMethod {
   ~SundialsMethod() override {
     if (solver_ != nullptr) SUNLinSolFree(solver_);
     if (matrix_ != nullptr) SUNMatDestroy(matrix_);
-    if (tolerances_ != nullptr) N_VDestroy(tolerances_);
     if (x_ != nullptr) N_VDestroy(x_);
     if (context_ != nullptr) SUNContext_Free(&context_);
   }
@@ -255,7 +256,7 @@ class SundialsMethod : public AdaptiveMethod {
 
   System system_;
   SUNContext context_ = nullptr;
-  N_Vector x_ = nullptr, tolerances_ = nullptr;
+  N_Vector x_ = nullptr;
   SUNMatrix matrix_ = nullptr;
   SUNLinearSolver solver_ = nullptr;
   std::vector<int> down_;  // crossings count from positive to negative only
@@ -266,15 +267,14 @@ class Cvode final : public SundialsMethod {
  public:
   explicit Cvode(AdaptiveProblem& p) : SundialsMethod(p), memory_(CVodeCreate(CV_BDF, context_)) {
     require(memory_ != nullptr, "CVODE");
-    const bool good = CVodeInit(memory_, right_side, 0.0, x_) == 0 &&
-                      CVodeSetUserData(memory_, &system_) == 0 && cvode_reports(memory_, system_) &&
-                      CVodeSVtolerances(memory_, p.relative_tolerance(), tolerances_) == 0 &&
-                      CVodeSetLinearSolver(memory_, solver_, matrix_) == 0 &&
-                      CVodeSetLinSysFn(memory_, linear_system) == 0 &&
-                      CVodeSetMaxHnilWarns(memory_, -1) == 0 &&
-                      (down_.empty() || (CVodeRootInit(memory_, p.indicator_count(), crossings) == 0 &&
-                                         CVodeSetRootDirection(memory_, down_.data()) == 0 &&
-                                         CVodeSetNoInactiveRootWarn(memory_) == 0));
+    const bool good =
+        CVodeInit(memory_, right_side, 0.0, x_) == 0 && CVodeSetUserData(memory_, &system_) == 0 &&
+        cvode_reports(memory_, system_) && CVodeWFtolerances(memory_, error_weights) == 0 &&
+        CVodeSetLinearSolver(memory_, solver_, matrix_) == 0 &&
+        CVodeSetLinSysFn(memory_, linear_system) == 0 && CVodeSetMaxHnilWarns(memory_, -1) == 0 &&
+        (down_.empty() ||
+         (CVodeRootInit(memory_, p.indicator_count(), crossings) == 0 &&
+          CVodeSetRootDirection(memory_, down_.data()) == 0 && CVodeSetNoInactiveRootWarn(memory_) == 0));
     require(good, "CVODE with these settings");
   }
   ~Cvode() override { CVodeFree(&memory_); }
@@ -314,7 +314,7 @@ class Esdirk final : public SundialsMethod {
     const bool good =
         ARKodeSetUserData(memory_, &system_) == 0 && arkode_reports(memory_, system_) &&
         ARKStepSetTableNum(memory_, table, ARKODE_ERK_NONE) == 0 &&
-        ARKodeSVtolerances(memory_, p.relative_tolerance(), tolerances_) == 0 &&
+        ARKodeWFtolerances(memory_, error_weights) == 0 &&
         ARKodeSetLinearSolver(memory_, solver_, matrix_) == 0 &&
         ARKodeSetLinSysFn(memory_, linear_system_arkode) == 0 && ARKodeSetNonlinCRDown(memory_, 1.0) == 0 &&
         ARKodeSetDeltaGammaMax(memory_, kGammaChange) == 0 && ARKodeSetMaxHnilWarns(memory_, -1) == 0 &&
@@ -362,7 +362,7 @@ class Ida final : public SundialsMethod {
     N_VConst(0.0, xdot_);
     const bool good =
         IDAInit(memory_, residual, 0.0, x_, xdot_) == 0 && IDASetUserData(memory_, &system_) == 0 &&
-        ida_reports(memory_, system_) && IDASVtolerances(memory_, p.relative_tolerance(), tolerances_) == 0 &&
+        ida_reports(memory_, system_) && IDAWFtolerances(memory_, error_weights) == 0 &&
         IDASetLinearSolver(memory_, solver_, matrix_) == 0 && IDASetJacFn(memory_, jacobian_ida) == 0 &&
         (down_.empty() ||
          (IDARootInit(memory_, p.indicator_count(), crossings_ida) == 0 &&
