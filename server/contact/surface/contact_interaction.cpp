@@ -262,7 +262,8 @@ double ContactInteraction::speed_m_per_s(int base_id, int target_id, const CellM
 }
 
 double ContactInteraction::seeing_step_s(const CellMotion& motion, double most_s) {
-  constexpr double kDeepShare = 0.2;  // of the depth up to which the law is linear
+  // Of the depth up to which the law is linear, a quarter of a wall.
+  constexpr double kMostDeep = 1.75, kDeepShare = 0.2;
   double step_s = most_s;
   for (PairContact* const moving : moving_) {
     PairContact& pair = *moving;
@@ -270,10 +271,11 @@ double ContactInteraction::seeing_step_s(const CellMotion& motion, double most_s
     const double linear_m = pair.contact.law().linear_depth_m;
     if (!(speed * step_s > kDeepShare * linear_m)) continue;
     const double gap = gap_m(pair, motion);
-    double far_m = std::max(0.0, gap) + linear_m;
+    double far_m = std::max(0.0, gap) + kMostDeep * linear_m;
     if (gap < 0.0) {
       look_at_pair(pair, motion);
-      if (pair.result.largest_penetration_m > linear_m) far_m = kDeepShare * linear_m;
+      const double depth_m = pair.result.largest_penetration_m;
+      far_m = depth_m > linear_m ? kDeepShare * linear_m : kMostDeep * linear_m - depth_m;
     }
     step_s = std::min(step_s, far_m / speed);
   }

@@ -53,8 +53,8 @@ class ContactInteraction {
   /// m/s. Evaluations visit these pairs alone.
   void update(const CellMotion& motion, double step_s);
   /// Longest step (s), up to `most_s`, in which no body passes through another unnoticed: in it no acting
-  /// pair moves further than a quarter of its Target's walls beyond the place where their bounds meet, or a
-  /// twentieth if it is deeper than that quarter.
+  /// pair gets deeper than seven sixteenths of its Target's walls, nor moves further than a twentieth if it is deeper than a
+  /// quarter.
   double seeing_step_s(const CellMotion& motion, double most_s);
   /// A pair of which one body is about to leave the other on its far side.
   struct Passing {
