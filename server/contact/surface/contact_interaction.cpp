@@ -262,20 +262,18 @@ double ContactInteraction::speed_m_per_s(int base_id, int target_id, const CellM
 }
 
 double ContactInteraction::seeing_step_s(const CellMotion& motion, double most_s) {
-  // Of the depth up to which the law is linear, a quarter of a wall.
-  constexpr double kMostDeep = 1.75, kDeepShare = 0.2;
+  constexpr double kMostDeep = 1.75, kDeepShare = 0.2;  // of the depth up to which the law is linear
   double step_s = most_s;
   for (PairContact* const moving : moving_) {
     PairContact& pair = *moving;
     const double speed = speed_m_per_s(pair.base, pair.target, motion);
     const double linear_m = pair.contact.law().linear_depth_m;
     if (!(speed * step_s > kDeepShare * linear_m)) continue;
-    const double gap = gap_m(pair, motion);
-    double far_m = std::max(0.0, gap) + kMostDeep * linear_m;
-    if (gap < 0.0) {
+    double far_m = gap_m(pair, motion) + kMostDeep * linear_m;
+    if (far_m < kMostDeep * linear_m) {
       look_at_pair(pair, motion);
-      const double depth_m = pair.result.largest_penetration_m;
-      far_m = depth_m > linear_m ? kDeepShare * linear_m : kMostDeep * linear_m - depth_m;
+      const double deep_m = pair.result.largest_penetration_m;
+      far_m = deep_m > linear_m ? kDeepShare * linear_m : kMostDeep * linear_m - deep_m;
     }
     step_s = std::min(step_s, far_m / speed);
   }
