@@ -219,10 +219,12 @@ bool RosenbrockIntegrator::step_calmly(OdeSystem& system, double t, double h, bo
 
 void RosenbrockIntegrator::note_calm(const OdeSystem& system, bool follows, std::span<const double> x) {
   if (follows) trial_.error_by_change(system, x);
-  for (const std::size_t segment : system.active_segments())
-    calm_segments_[segment] = system.segments()[segment].count > 0 &&
-                              (trial_.error_of(system, segment, x) <= kCalmError ||
-                               (follows && trial_.change_of(system, segment, x) <= kCalmChange));
+  for (const std::size_t segment : system.active_segments()) {
+    const bool calm = system.segments()[segment].count > 0 &&
+                      (trial_.error_of(system, segment, x) <= kCalmError ||
+                       (follows && trial_.change_of(system, segment, x) <= kCalmChange));
+    calm_segments_[segment] = calm ? 1 : 0;
+  }
 }
 
 bool RosenbrockIntegrator::try_whole(OdeSystem& system, double t, double whole_s, double h, bool& begun,
