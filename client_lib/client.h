@@ -101,7 +101,7 @@ struct Answer : ResponseOf<Type> {
 };
 
 /// Why a component is held as it is.
-using PartExplanation = requests::ExplainPartResponse;
+using PartExplanation = Answer<requests::ExplainPart>;
 
 /// Options of Client::load_scenario.
 struct LoadOptions {

@@ -120,7 +120,7 @@ class Planner {
     const Vec3 size = box.upper - box.lower;
     if (row_y_ > tray_from_.y() + 2.0 * gap_ && row_y_ + size.y() > row_end_)
       row_x_ += row_width_ + gap_, row_y_ = tray_from_.y() + gap_, row_width_ = 0.0;
-    const Vec3 shift = Vec3(row_x_, row_y_, floor_) - box.lower;
+    Vec3 shift = Vec3(row_x_, row_y_, floor_) - box.lower;
     row_y_ += size.y() + gap_;
     row_width_ = std::max(row_width_, size.x());
     tray_to_ = tray_to_.cwiseMax(Vec3(row_x_ + size.x(), row_y_ - gap_, floor_));

@@ -143,11 +143,11 @@ double SdfFiles::version(const XmlFile& file) {
         "found <robot>: a URDF file, which a scenario names as it is (urdf of a robot); allowed: <sdf>");
   if (name != "sdf") file.fail(*root, "found <" + name + "> as the root element; allowed: <sdf>");
   const std::string text = file.require(*root, "version", "<sdf>");
-  const auto version = finite_number(text);
-  if (!version || !text.starts_with("1."))
+  const std::string minor = text.starts_with("1.") ? text.substr(2) : "";
+  if (minor.empty() || minor.size() > 2 || minor.find_first_not_of("0123456789") != minor.npos)
     file.fail(*root, "<sdf>: version: found '" + text + "'; allowed: 1.0 to 1.12");
   // 1.10 comes after 1.9.
-  return text.size() > 3 ? 1.9 + 0.001 * *finite_number(text.substr(2)) : *version;
+  return minor.size() == 1 ? *finite_number(text) : 1.9 + 0.001 * *finite_number(minor);
 }
 
 std::optional<fs::path> SdfFiles::missing(const XmlFile& file, const XmlFile::Element& element,

@@ -103,8 +103,11 @@ Pose SdfFrames::pose_in(Frame frame, Frame base, std::size_t depth) const {
                    " of them; allowed: frames that lead to the world");
   Pose X = node.X_PF;
   if (node.placed) {
-    const Frame placed = find(node.placed->scope, node.placed->name, *node.file, *node.element);
-    X = X * pose_in(placed, frame, depth + 1).inverse();
+    if (!node.X_FP) {  // else the way to a frame doubles with each model around it
+      const Frame placed = find(node.placed->scope, node.placed->name, *node.file, *node.element);
+      node.X_FP = pose_in(placed, frame, depth + 1);
+    }
+    X = X * node.X_FP->inverse();
   }
   return pose_in(parent(node), base, depth + 1) * X;
 }

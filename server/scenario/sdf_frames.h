@@ -65,7 +65,8 @@ class SdfFrames {
     std::string name;
     Pose X_PF;
     std::optional<Named> relative_to, attached_to, placed;
-    Frame usual = kWorld;  ///< where relative_to is not stated
+    mutable std::optional<Pose> X_FP;  ///< of the frame `placed`, once it is known
+    Frame usual = kWorld;              ///< where relative_to is not stated
     std::optional<std::size_t> link;
     Scope inside = 0;  ///< of a model: its names
     const XmlFile* file = nullptr;

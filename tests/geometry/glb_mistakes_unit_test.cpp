@@ -127,6 +127,44 @@ TEST_F(GlbFile, MistakesAreReportedWithTheirPlace) {
   for (const Row& row : rows) EXPECT_THAT(answer(with(row.old_text, row.new_text)), HasSubstr(row.words));
 }
 
+/// A short file whose nodes share one mesh, and whose accessors share their bytes, would need any amount of memory.
+TEST_F(GlbFile, MorePositionsThanMemoryHoldsAreRefused) {
+  const std::size_t positions = 100'000, uses = 601;  // 60 million are allowed
+  std::string nodes, roots;
+  for (std::size_t i = 0; i < uses; ++i) {
+    nodes += i == 0 ? R"({"mesh":0})" : R"(,{"mesh":0})";
+    roots += (i == 0 ? "" : ",") + std::to_string(i);
+  }
+  const std::string json =
+      R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[)" + roots + R"(]}],"nodes":[)" + nodes +
+      R"(],"meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],"buffers":[{"byteLength":1200000}],)"
+      R"("bufferViews":[{"buffer":0,"byteLength":1200000}],)"
+      R"("accessors":[{"bufferView":0,"componentType":5126,"count":100000,"type":"VEC3"},)"
+      R"({"bufferView":0,"componentType":5123,"count":3,"type":"SCALAR"}]})";
+  const std::string data = chunk(std::string("BIN\0", 4), std::string(12 * positions, '\0'), '\0');
+  EXPECT_THAT(answer(whole(chunk("JSON", json, ' ') + data)),
+              HasSubstr("with nodes[600] there are more than 60000000 positions to be seen"));
+}
+
+TEST_F(GlbFile, MoreItemsOfAccessorsThanMemoryHoldsAreRefused) {
+  std::string primitives, accessors;
+  for (std::size_t i = 0; i < 121; ++i) {  // 120 million are allowed
+    primitives +=
+        (i == 0 ? "" : ",") + (R"({"attributes":{"POSITION":0},"indices":)" + std::to_string(i + 1)) + "}";
+    accessors += R"(,{"bufferView":1,"componentType":5121,"count":1000000,"type":"SCALAR"})";
+  }
+  const std::string json =
+      R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],"meshes":[{"primitives":[)" +
+      primitives +
+      R"(]}],"buffers":[{"byteLength":1000036}],)"
+      R"("bufferViews":[{"buffer":0,"byteLength":36},{"buffer":0,"byteOffset":36,"byteLength":1000000}],)"
+      R"("accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"})" +
+      accessors + "]}";
+  const std::string data = chunk(std::string("BIN\0", 4), std::string(1'000'036, '\0'), '\0');
+  EXPECT_THAT(answer(whole(chunk("JSON", json, ' ') + data)),
+              HasSubstr("with accessors[120] there are more than 120000000 positions and indices"));
+}
+
 TEST_F(GlbFile, ChunksMustBeWholeAndBeginWithTheDescription) {
   const std::string json = chunk("JSON", kTetrahedronJson, ' ');
   EXPECT_THAT(answer(whole(json + binary() + "rest")),

@@ -292,6 +292,19 @@ TEST_F(MeshImport, FaultsOfColladaAreNamedWithTheirLine) {
               HasSubstr("<lookat>: this transformation is not supported"));
 }
 
+TEST_F(MeshImport, ColladaWithMorePositionsThanMemoryHoldsIsRefused) {
+  constexpr std::size_t kInstances = 1001, kPositions = 20'000;  // 20 million positions are allowed
+  std::string positions, instances;
+  for (std::size_t i = 0; i < kPositions; ++i) positions += "0 0 0 ";
+  for (std::size_t i = 0; i < kInstances; ++i) instances += "<instance_geometry url='#g'/>";
+  std::string text = dae("<node>" + instances + "</node>");
+  const std::string four = "0 0 0  1 0 0\n0 1 0  0 0 1";
+  text.replace(text.find(four), four.size(), positions);
+  EXPECT_THAT(refusal_of("a.dae", text),
+              HasSubstr("line 2: <float_array>: with all instances of geometries the file has "
+                        "more than 20000000 positions"));
+}
+
 TEST_F(MeshImport, OtherFilesThanMeshesAreRefused) {
   EXPECT_THAT(refusal(directory_ / "missing.obj"), HasSubstr("no such file"));
   EXPECT_THAT(refusal(directory_), HasSubstr("not supported"));

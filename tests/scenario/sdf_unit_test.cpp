@@ -107,6 +107,25 @@ TEST_F(SdfWorldOfAFile, PosesAreRelativeToTheFramesThatTheyName) {
   expect_pose(link_of(world.models[1], "base").X_WL, X_WL * at(3, 0, 0, 0, 0, 1).inverse());
 }
 
+/// The innermost link lies 1 m above the frame of each model around it. Without a result for each model, their number doubles
+/// the steps: 60 of them would take years.
+TEST_F(SdfWorldOfAFile, NestedModelsMayAllBePlacedByTheInnermostLink) {
+  constexpr int kModels = 60;
+  std::string text, frame = "l";
+  for (int i = kModels - 1; i >= 0; --i) {
+    const std::string name = "m" + std::to_string(i);
+    text = "<model name='" + name + "' placement_frame='" + frame + "'><pose>0 0 1 0 0 0</pose>" +
+           (i == 0 ? "<link name='base'/>" : "") +
+           (i == kModels - 1 ? "<link name='l'><pose>3 0 0 0 0 1</pose></link>" : text) + "</model>";
+    frame = name + "::" + frame;
+  }
+  const SdfWorld world = read(text);
+  ASSERT_EQ(world.models.size(), 1u);
+  for (const SdfLink& link : world.models[0].links)
+    expect_pose(link.X_WL, link.name == "base" ? at(0, 0, 0) : at(0, 0, 1));
+  EXPECT_EQ(world.models[0].links.size(), 2u);
+}
+
 std::string joint_with(const std::string& axis) {
   return "<model name='m'><link name='a'><pose>0 0 0 0 0 1.5707963267948966</pose></link><link "
          "name='b'><pose>0 0 0 "
@@ -375,8 +394,9 @@ TEST_F(SdfWorldOfAFile, MistakesAreNamedWithTheirLine) {
     }
     return std::string("no error");
   };
-  EXPECT_THAT(whole("<sdf version='2.0'/>"),
-              HasSubstr("line 1: <sdf>: version: found '2.0'; allowed: 1.0 to 1.12"));
+  for (const std::string version : {"2.0", "1.", "1.e10", "1.1e1", "1.9 ", "1.100"})
+    EXPECT_THAT(whole("<sdf version='" + version + "'/>"),
+                HasSubstr("line 1: <sdf>: version: found '" + version + "'; allowed: 1.0 to 1.12"));
   EXPECT_THAT(whole("<robot name='r'/>"), HasSubstr("found <robot>: a URDF file"));
   EXPECT_THAT(whole("<sdf version='1.9'>\n<world"), HasSubstr("not well-formed XML"));
 }

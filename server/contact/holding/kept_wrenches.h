@@ -26,8 +26,10 @@ class KeptWrenches {
       for (Kept& kept : kept_) kept.valid = false;
     std::fill(renewed_.begin(), renewed_.end(), static_cast<char>(changed));
     for (std::size_t body = 0; body < seen_.size(); ++body) {
-      rests_[body] = same(seen_[body], motion.bodies[body]) && !motion.has_surface(static_cast<int>(body));
-      if (rests_[body] == 0) seen_[body] = motion.bodies[body];
+      const bool rests =
+          same(seen_[body], motion.bodies[body]) && !motion.has_surface(static_cast<int>(body));
+      rests_[body] = rests ? 1 : 0;
+      if (!rests) seen_[body] = motion.bodies[body];
     }
   }
   /// Whether the only connection of this Base has the wrench that it had.

@@ -21,6 +21,7 @@ using Affine = Eigen::Matrix4d;
 constexpr int kDeepestNode = 100;
 constexpr std::size_t kMostNodes = 1'000'000;  ///< instances count
 constexpr std::size_t kMostCorners = 60'000'000;
+constexpr std::size_t kMostPositions = 20'000'000;  ///< with those of each instance
 
 class DaeReader {
  public:
@@ -180,6 +181,15 @@ class DaeReader {
       for_each(*mesh, kind, [&](const XMLElement& faces) { add_faces(faces, X); });
   }
 
+  /// Those of the last array are kept, as many instances of one geometry often follow each other.
+  const std::vector<double>& values_of(const XMLElement& array) {
+    if (array_ == &array) return array_values_;
+    array_ = nullptr, array_values_.clear();
+    for_numbers<double>(array, [&](double value) { array_values_.push_back(value); });
+    array_ = &array;
+    return array_values_;
+  }
+
   /// The places of the corners, and the stride and offset of their indices.
   struct Corners {
     std::vector<std::uint32_t> positions;  ///< by index, in the builder
@@ -209,14 +219,17 @@ class DaeReader {
     }
     const XMLElement* array = source.FirstChildElement("float_array");
     if (array == nullptr) fail(source, "found no <float_array>");
-    std::vector<double> x;
-    for_numbers<double>(*array, [&](double value) { x.push_back(value); });
+    const std::vector<double>& x = values_of(*array);
     const XMLElement* accessor = source.FirstChildElement("technique_common");
     if (accessor != nullptr) accessor = accessor->FirstChildElement("accessor");
     const std::size_t stride = accessor != nullptr ? accessor->UnsignedAttribute("stride", 1) : 3;
     const std::size_t begin = accessor != nullptr ? accessor->UnsignedAttribute("offset", 0) : 0;
     if (stride < 3 || stride > 64)
       fail(source, "stride: found " + std::to_string(stride) + "; allowed: 3 to 64");
+    positions_ += x.size() / 3;
+    if (positions_ > kMostPositions)
+      fail(*array, "with all instances of geometries the file has more than " +
+                       std::to_string(kMostPositions) + " positions");
     for (std::size_t i = begin; i + 3 <= x.size(); i += stride) {
       const Eigen::Vector4d p = X * Eigen::Vector4d(x[i], x[i + 1], x[i + 2], 1.0);
       if (!p.head<3>().cast<float>().allFinite()) fail(*array, "found a position that is not finite");
@@ -304,8 +317,10 @@ class DaeReader {
   std::map<std::string, const XMLElement*, std::less<>> by_id_;
   MeshBuilder builder_;
   std::map<const XMLElement*, std::vector<std::uint32_t>> numbers_;  ///< of the present geometry, by source
+  const XMLElement* array_ = nullptr;                                ///< the last <float_array> that was read
+  std::vector<double> array_values_;
   bool mirrored_ = false;
-  std::size_t corners_ = 0, nodes_ = 0;
+  std::size_t corners_ = 0, positions_ = 0, nodes_ = 0;
 };
 
 }  // namespace

@@ -270,16 +270,15 @@ class MeshSelection {
 
   void read_meshes(CheckedGlb& glb) {
     Json nodes = Json::array(), roots = Json::array();
-    std::uint64_t shown = 0;
+    std::uint64_t triangles = 0, positions = 0;
     for (std::size_t i = glb.first; i < glb.last; ++i) {
       const GlbNode& node = file_.nodes()[i];
       if (!node.mesh) continue;
       const std::string place = named("nodes", node.number);
       const Mesh& mesh = read_mesh(*node.mesh, place);
-      shown += mesh.triangles;
-      if (shown > kMaxGlbTriangles)
-        throw MeshFault("with " + place + " there are more than " + std::to_string(kMaxGlbTriangles) +
-                        " triangles to be seen");
+      triangles += mesh.triangles, positions += mesh.positions;
+      check_shown(triangles, kMaxGlbTriangles, "triangles", place);
+      check_shown(positions, kMaxGlbPositions, "positions", place);
       if (!mesh.kept) continue;
       roots.push_back(nodes.size());
       nodes.push_back({{"name", std::to_string(i)}, {"mesh", *mesh.kept}});
@@ -299,7 +298,7 @@ class MeshSelection {
 
  private:
   struct Mesh {
-    std::uint64_t triangles = 0;
+    std::uint64_t triangles = 0, positions = 0;
     std::optional<std::size_t> kept;  ///< its number in the result; none without faces
   };
   struct Accessor {
@@ -307,6 +306,13 @@ class MeshSelection {
     std::uint64_t count = 0, size = 0, stride = 0;
     std::uint64_t offset = 0;  ///< in the file's data
   };
+
+  static void check_shown(std::uint64_t number, std::uint64_t most, const char* kind,
+                          const std::string& place) {
+    if (number > most)
+      throw MeshFault("with " + place + " there are more than " + std::to_string(most) + " " + kind +
+                      " to be seen");
+  }
 
   std::string assembled(std::string json) const {
     json.resize((json.size() + 3) / 4 * 4, ' ');
@@ -337,7 +343,7 @@ class MeshSelection {
         if (passed_over_++ == 0) first_passed_over_ = primitive_place;
         continue;
       }
-      kept.push_back(primitive((*primitives)[p], primitive_place, result.triangles));
+      kept.push_back(primitive((*primitives)[p], primitive_place, result));
     }
     if (!kept.empty()) {
       result.kept = meshes_.size();
@@ -346,7 +352,7 @@ class MeshSelection {
     return result;
   }
 
-  Json primitive(const Json& source, const std::string& place, std::uint64_t& triangles) {
+  Json primitive(const Json& source, const std::string& place, Mesh& mesh) {
     const std::uint64_t mode = number_or(source, "mode", place, kTriangles);
     if (mode > kFan) throw MeshFault(place + ": the mode " + std::to_string(mode) + " is unknown");
     const Json* attributes = member(source, "attributes");
@@ -363,7 +369,8 @@ class MeshSelection {
     // assimp 5.2.5 counts the triangles of a strip or fan as corners - 2 without a sign.
     if (mode > kTriangles && corners < 3)
       throw MeshFault(place + " has " + std::to_string(corners) + " corners; a strip or fan has 3 or more");
-    triangles += mode == kTriangles ? corners / 3 : corners;
+    mesh.triangles += mode == kTriangles ? corners / 3 : corners;
+    mesh.positions += positions.count;
     return kept;
   }
 
@@ -402,6 +409,11 @@ class MeshSelection {
     const auto [known, is_new] = accessor_of_.try_emplace(index, accessors_.size());
     result.kept = known->second;
     if (!is_new) return result;
+    // Accessors may share their bytes, so that a short file can have any number of items.
+    items_ += items;
+    if (items_ > 2 * kMaxGlbPositions)
+      throw MeshFault("with " + place + " there are more than " + std::to_string(2 * kMaxGlbPositions) +
+                      " positions and indices");
     const Json* normalized = member(accessor, "normalized");
     keep(result, type, of_positions, normalized != nullptr && *normalized == true);
     return result;
@@ -491,6 +503,7 @@ class MeshSelection {
   std::string data_;
   std::map<std::uint64_t, Mesh> mesh_of_;
   std::map<std::uint64_t, std::size_t> accessor_of_;
+  std::uint64_t items_ = 0;      ///< of all accessors that are kept
   std::size_t passed_over_ = 0;  ///< primitives of lines and points
   std::string first_passed_over_;
 };

@@ -12,8 +12,9 @@
 
 namespace takt {
 
-/// Largest number of triangles that all nodes of a file may show together, and deepest nesting of nodes.
+/// Largest numbers of triangles and of positions that all nodes of a file may show together, and deepest nesting of nodes.
 inline constexpr std::size_t kMaxGlbTriangles = 20'000'000;
+inline constexpr std::size_t kMaxGlbPositions = 3 * kMaxGlbTriangles;
 inline constexpr std::size_t kMaxGlbDepth = 200;
 
 /// A file reduced to the meshes of some of its nodes, their positions and indices; materials, pictures,
