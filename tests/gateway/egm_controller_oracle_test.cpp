@@ -161,6 +161,33 @@ TEST(EgmController, DoubledAndOvertakenMessagesAreNotAppliedAndARestartedSensorI
   EXPECT_EQ(take(6), Taken::applied);
 }
 
+/// What rparak/ABB_EGM_Python sends: a header with mtype alone, and planned joints.
+std::string without_seqno(std::uint8_t a1_high_byte) {
+  std::string bytes("\x0a\x02\x18\x03\x12\x38\x0a\x36", 8);
+  for (std::size_t joint = 0; joint < 6; ++joint) {
+    std::string value(8, '\0');  // little-endian double; 0x40 0x10 0 .. is 4.0
+    if (joint == 0) value[6] = static_cast<char>(a1_high_byte), value[7] = '\x40';
+    bytes += '\x09' + value;
+  }
+  return bytes;
+}
+
+TEST(EgmController, EachMessageOfASensorThatDoesNotNumberThemIsApplied) {
+  Cell cell;
+  const double reference_deg[] = {4.0, 8.0, 4.0, 4.0};
+  const std::uint8_t byte[] = {0x10, 0x20, 0x10, 0x10};
+  for (std::size_t i = 0; i < 4; ++i) {
+    const double before = cell.controller.planned()[0];
+    ASSERT_EQ(cell.controller.receive(without_seqno(byte[i])), Taken::applied) << cell.controller.fault();
+    cell.steps(1);
+    EXPECT_NEAR(cell.controller.planned()[0],
+                reference_deg[i] + (before - reference_deg[i]) * std::exp(-20.0 * kDt), 1e-9);
+  }
+  EXPECT_EQ(cell.controller.receive(reference(7, home_and(1.0))), Taken::applied);
+  EXPECT_EQ(cell.controller.receive(without_seqno(0x10)), Taken::applied);
+  EXPECT_EQ(cell.controller.receive(reference(7, home_and(1.0))), Taken::old);
+}
+
 TEST(EgmController, MessagesOfAnotherModeAreRefused) {
   Cell cell;
   Sensor pose;

@@ -216,6 +216,30 @@ TEST(Krc, AConfigurationWithoutUsableCorrectionIsRefused) {
   EXPECT_THROW(Krc(rsi_configuration(pose), {}), ConfigurationError);  // AK.A4 beside RKorr.X
 }
 
+// The bytes are those of kuka-rsi3-communicator, whose RSI context wires AKorr to AXISCORR.
+TEST(Krc, TheElementOfCorrectionsHasTheNameOfTheContext) {
+  std::string xml = kRsiXml;
+  for (int i = 1; i <= 6; ++i) xml = with(xml, "AK.A" + std::to_string(i), "AKorr.A" + std::to_string(i));
+  try {
+    Krc(rsi_configuration(xml), {});
+    FAIL();
+  } catch (const ConfigurationError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("AK.A1 to .A6"));
+    EXPECT_THAT(error.what(), HasSubstr("key elements"));
+  }
+  KrcOptions options;
+  options.axes_element = "AKorr";
+  Cell cell(options, xml);
+  cell.begin();
+  EXPECT_EQ(
+      cell.krc.answer("<Sen Type=\"ImFree\">\n  <EStr>KRCnexxt - RSI Object ST_ETHERNET</EStr>\n"
+                      "  <AKorr A1=\"1.5000\" A2=\"0.0000\" A3=\"0.0000\" A4=\"0.0000\" A5=\"0.0000\" "
+                      "A6=\"-2.0000\" />\n  <Tech T21=\"1.09\" T22=\"2.08\"/>\n  <DiO>125</DiO>\n <IPOC>" +
+                      std::to_string(cell.krc.ipoc()) + "</IPOC>\n</Sen>\n"),
+      Taken::applied);
+  EXPECT_EQ(cell.krc.target(), (Six{1.5, -90, 90, 0, 90, -2}));
+}
+
 /// A robot whose axes are the pose: X Y Z in mm, A B C in degrees.
 PoseKinematics gantry(bool* reaches = nullptr) {
   return {[](const Six& axes) { return gateway::pose_of_xyzabc(axes); },

@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import re
 import signal
 import socket
 import struct
@@ -85,8 +86,8 @@ class Rtde:
                "actual_TCP_pose": "6d", "actual_TCP_force": "6d"}
     TYPES = b"DOUBLE,VECTOR6D,VECTOR6D,UINT32,UINT64,VECTOR6D,VECTOR6D"
 
-    def __init__(self, opened, port):
-        self.socket = opened(socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S))
+    def __init__(self, opened, port, address="127.0.0.1"):
+        self.socket = opened(socket.create_connection((address, port), timeout=PATIENCE_S))
         self.buffer = b""
         assert self.ask("V", struct.pack(">H", 2)) == b"\1"
         assert self.ask("O", struct.pack(">d", 500.0) + ",".join(self.OUTPUTS).encode()) == b"\1" + self.TYPES
@@ -358,6 +359,154 @@ def test_an_error_of_the_mapping_names_file_line_key_and_what_is_allowed(robot, 
         assert run.returncode == 1, run.stdout
         for word in expected:
             assert word in run.stderr, run.stderr
+
+
+def primary_messages(client, until):
+    """The messages up to the first one that fulfils the condition: their types, and for robot messages what they are."""
+    found = []
+    while not found or not until(found[-1]):
+        size, kind = struct.unpack(">iB", read(client, 5))
+        body = read(client, size - 5)
+        found.append((kind, body[9]) if kind == 20 else (kind,))
+    return found
+
+
+def read(client, count):
+    received = b""
+    while len(received) < count:
+        part = client.recv(count - len(received))
+        assert part, "the controller has closed the connection"
+        received += part
+    return received
+
+
+ROBOT_STATE, VERSION, KEY_MESSAGE = (16,), (20, 3), (20, 7)
+
+
+def test_the_secondary_interface_has_states_and_the_version_alone(robot, opened):
+    # Primary/Secondary Interface guide: "30002 (Only robot state and the Version messages)".
+    _, ports, _ = robot
+    primary, secondary = (opened(socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S)) for port in ports[1:3])
+    primary_messages(primary, lambda m: m == ROBOT_STATE)
+    assert primary_messages(secondary, lambda m: m == ROBOT_STATE)[0] == VERSION
+    secondary.sendall(b"def a():\n  sleep(0.5)\n  stopj(2)\nend\n")
+    assert primary_messages(primary, lambda m: m == KEY_MESSAGE)
+    states = [m for _ in range(10) for m in primary_messages(secondary, lambda m: True)]
+    assert states == [ROBOT_STATE] * 10
+
+
+def test_a_program_reports_on_a_socket(robot, opened):
+    # URScript manual: socket_set_var sends "set <name> <value>\n"; socket_send_int sends an int32 in network byte order.
+    _, ports, _ = robot
+    client = Rtde(opened, ports[0])
+    listener = opened(socket.create_server(("127.0.0.1", 0)))
+    listener.settimeout(PATIENCE_S)
+    q = list(client.wait(lambda s: s["runtime_state"] == 1)["target_q"])
+    target = [*q[:5], q[5] + 0.1]
+    primary = opened(socket.create_connection(("127.0.0.1", ports[1]), timeout=PATIENCE_S))
+    primary.sendall(f"""def reports():
+  socket_open("127.0.0.1", {listener.getsockname()[1]}, "pc")
+  movej({target}, t=0.5)
+  socket_send_string("at", "pc")
+  socket_send_line(12.5, "pc")
+  socket_set_var("POS_Y", 2200, "pc")
+  socket_send_int(-2, "pc")
+  socket_send_byte(65, "pc")
+  socket_send_line("lost", "other")
+  socket_close("pc")
+end
+""".encode())
+    peer = opened(listener.accept()[0])
+    peer.settimeout(PATIENCE_S)
+    expected = b"at12.5\nset POS_Y 2200\n\xff\xff\xff\xfeA"
+    assert read(peer, len(expected)) == expected
+    assert peer.recv(1) == b""
+    client.wait(lambda s: s["runtime_state"] == 2)
+    assert client.wait(lambda s: s["runtime_state"] == 1)["target_q"][5] == pytest.approx(target[5], abs=1e-6)
+
+
+def test_servoj_of_a_program_goes_to_its_joints_and_the_end_brakes(robot, opened):
+    _, ports, _ = robot
+    client = Rtde(opened, ports[0])
+    q = list(client.wait(lambda s: s["runtime_state"] == 1)["target_q"])
+    target = [*q[:5], q[5] - 0.1]
+    primary = opened(socket.create_connection(("127.0.0.1", ports[1]), timeout=PATIENCE_S))
+    primary.sendall(f"def a():\n  while True:\n    servoj({target}, t=0.02, lookahead_time=0.1, gain=300)\n  end\nend\n".encode())
+    client.wait(lambda s: abs(s["target_q"][5] - target[5]) < 1e-5)
+    primary.sendall(f"servoj({q}, t=0.1)\n".encode())  # ends on the way
+    end = client.wait(lambda s: s["runtime_state"] == 1)["target_q"]
+    at_rest = [client.wait(lambda s: True)["target_q"] for _ in range(500)][-2:]
+    assert at_rest[0] == at_rest[1]
+    assert target[5] < end[5] <= at_rest[1][5] < q[5]
+
+
+@pytest.fixture
+def second(robot, tmp_path, opened):
+    """A controller of Robot2 with the standard ports, at an address that no other test has."""
+    _, _, gateway = robot
+    number = os.getpid()
+    address = f"127.{64 + (number >> 16 & 63)}.{number >> 8 & 255}.{1 + number % 250}"
+    mapping = tmp_path / "standard_ports.yaml"
+    mapping.write_text(f"takt_ur: 1\nrobot: Robot2\nlisten: {{address: {address}}}\n")
+    opened(Gateway(gateway.server, mapping))
+    return lambda port: opened(socket.create_connection((address, port), timeout=PATIENCE_S)), address
+
+
+def test_read_only_interfaces_have_the_states_and_take_no_programs(robot, second, opened):
+    connect, address = second
+    rtde = Rtde(opened, 30004, address)
+    primary, secondary, realtime = connect(30011), connect(30012), connect(30013)
+    for one in (primary, secondary, realtime):
+        one.sendall(b"def a():\n  while True:\n    sleep(1)\n  end\nend\nset_standard_digital_out(0, True)\nmovej([0,0,0,0,0,0])\n")
+    assert primary_messages(primary, lambda m: m == ROBOT_STATE)[0] == VERSION
+    assert primary_messages(secondary, lambda m: m == ROBOT_STATE)[0] == VERSION
+    assert struct.unpack(">i", read(realtime, 4))[0] == 1220
+    assert {rtde.wait(lambda s: True)["runtime_state"] for _ in range(100)} == {1}
+
+
+def test_statements_of_interpreter_mode_are_answered_and_executed_in_order(robot, second, opened):
+    # Replies as UR's interpreter helper and other public clients read them: (\w+):\W+(\d+)?
+    connect, address = second
+    rtde, interpreter, primary = Rtde(opened, 30004, address), connect(30020), connect(30001)
+
+    def ask(line):
+        interpreter.sendall(line.encode() + b"\n")
+        answer = b""
+        while not answer.endswith(b"\n"):
+            answer += read(interpreter, 1)
+        kind, number = re.match(r"(\w+):\W+(\d+)?", answer.decode()).groups()
+        return kind, number and int(number)
+
+    def wait_for_execution(number):
+        while ask("statelastexecuted") != ("state", number):
+            rtde.wait(lambda s: True)
+
+    assert ask("sleep(0.1)")[0] == "discard"  # no program runs
+    primary.sendall(b"def a():\n  interpreter_mode()\n  movej([0, -1.5, 1.5, 0, 0.5, 0], t=0.5)\nend\n")
+    q = list(rtde.wait(lambda s: s["runtime_state"] == 2)["target_q"])
+    there, back = [*q[:5], q[5] + 0.2], [*q[:5], q[5] + 0.1]
+    assert ask(f"movej({there}, t=0.5)") == ("ack", 1)
+    assert ask(f"movej({back}, t=0.5)") == ("ack", 2)
+    assert ask("no_function()")[0] == "discard"
+    assert ask("x = 1")[0] == "discard"
+    assert ask("interpreter_mode()")[0] == "discard"
+    assert ask("statelastinterpreted") == ("state", 2)
+    rtde.wait(lambda s: abs(s["target_q"][5] - there[5]) < 1e-6)
+    wait_for_execution(2)
+    rtde.wait(lambda s: abs(s["target_q"][5] - back[5]) < 1e-6)
+    assert ask(f"movej({q}, t=1000)") == ("ack", 3)
+    assert ask(f"movej({there}, t=1000)") == ("ack", 4)
+    wait_for_execution(3)
+    assert ask("stateunexecuted") == ("state", 1)
+    assert ask("skipbuffer")[0] == "ack"
+    assert ask("stateunexecuted") == ("state", 0)
+    assert ask("abort")[0] == "ack"
+    assert ask("clear_interpreter()") == ("ack", 5)
+    while ask("statelastcleared") != ("state", 4):
+        rtde.wait(lambda s: True)
+    assert ask("end_interpreter()") == ("ack", 6)
+    assert rtde.wait(lambda s: s["runtime_state"] == 1)["target_q"] == pytest.approx((0, -1.5, 1.5, 0, 0.5, 0), abs=1e-6)
+    assert ask("sleep(0.1)")[0] == "discard"
 
 
 @pytest.mark.skipif("TAKT_RTDE_PYTHON" not in os.environ, reason="TAKT_RTDE_PYTHON: folder of the vendor's Python client")

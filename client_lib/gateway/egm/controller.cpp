@@ -71,22 +71,22 @@ Taken Controller::receive(std::string_view bytes) {
   }
   const Sensor& sensor = *parsed.message;
   const std::uint32_t seqno = sensor.header.seqno;
-  if (session_ != Session::lost && last_seqno_ && seqno != 0 && seqno <= *last_seqno_ &&
-      *last_seqno_ - seqno < kFarBack) {
+  const bool ordered = sensor.header.has_seqno && session_ != Session::lost && last_seqno_;
+  if (ordered && seqno != 0 && seqno <= *last_seqno_ && *last_seqno_ - seqno < kFarBack) {
     rising_old_ = rising_old_ > 0 && seqno > last_old_ ? rising_old_ + 1 : 1;
     last_old_ = seqno;
     if (rising_old_ < kRising) {
       ++old_;
       return Taken::old;
     }
-  } else if (session_ != Session::lost && last_seqno_ && seqno == 0 && *last_seqno_ == 0) {
+  } else if (ordered && seqno == 0 && *last_seqno_ == 0) {
     ++old_;  // the first message, doubled
     return Taken::old;
   }
   if (session_ == Session::lost) start(planned_);
   if (!take(sensor)) return Taken::invalid;
   rising_old_ = 0;
-  last_seqno_ = seqno;
+  if (sensor.header.has_seqno) last_seqno_ = seqno;
   silent_s_ = 0.0;
   heard_ = true;
   ++applied_;

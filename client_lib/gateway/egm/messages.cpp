@@ -81,9 +81,9 @@ class Checked {
     return read;
   }
   Header header(bool there, const wire::Header& from) {
-    if (!there || !from.has_seqno() || !from.has_mtype())
-      complain("the header with seqno and mtype is missing");
+    if (!there || !from.has_mtype()) complain("the header with mtype is missing");
     Header read;
+    read.has_seqno = from.has_seqno();
     read.seqno = from.seqno();
     if (from.has_tm()) read.tm_ms = from.tm();
     if (from.mtype() <= 4) read.type = static_cast<MessageType>(from.mtype());
@@ -203,6 +203,7 @@ Parsed<Robot> decode_robot(std::string_view bytes) {
   Checked checked;
   Robot robot;
   robot.header = checked.header(wire.has_header(), wire.header());
+  if (!robot.header.has_seqno) checked.complain("the header has no seqno");
   if (robot.header.type != MessageType::data)
     checked.complain("mtype: found " + std::to_string(wire.header().mtype()) + "; allowed: 2 (data)");
   robot.feed_back = checked.motion(wire.feed_back(), "feedBack");

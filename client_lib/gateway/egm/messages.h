@@ -22,6 +22,7 @@ struct Header {
   std::uint32_t seqno = 0;
   std::optional<std::uint32_t> tm_ms{};
   MessageType type = MessageType::undefined;
+  bool has_seqno = true;  ///< as read: a sensor may leave it out
 };
 
 struct EgmPose {

@@ -34,22 +34,25 @@ Krc::Krc(Configuration configuration, const KrcOptions& options, PoseKinematics 
     : configuration_(std::move(configuration)),
       options_(options),
       kinematics_(std::move(kinematics)),
-      axis_channels_(channels_of(configuration_, "AK", "A")),
-      external_channels_(channels_of(configuration_, "EK", "E")),
-      pose_channels_(channels_of(configuration_, "RKorr", nullptr)),
+      axis_channels_(channels_of(configuration_, options_.axes_element, "A")),
+      external_channels_(channels_of(configuration_, options_.external_axes_element, "E")),
+      pose_channels_(channels_of(configuration_, options_.pose_element, nullptr)),
       stop_channel_(Configuration::find(configuration_.receive, "Stop")),
       has_pose_(any(pose_channels_)),
       values_(configuration_.receive.size(), 0.0) {
   const bool axes = any(axis_channels_) || any(external_channels_);
   if (has_pose_ && axes)
     throw ConfigurationError(
-        "The list RECEIVE has AK (or EK) and RKorr; takt applies one of the two. Remove one.");
+        "The list RECEIVE has corrections of axes and of the pose; takt applies one of the two. Remove one.");
   if (has_pose_ && (!kinematics_.forward || !kinematics_.inverse))
-    throw ConfigurationError("The list RECEIVE has RKorr, which needs a robot of six joints. Use AK.");
+    throw ConfigurationError("The list RECEIVE has " + options_.pose_element +
+                             ", which needs a robot of six joints. Correct axes.");
   if (!configuration_.only_send && !has_pose_ && !axes)
-    throw ConfigurationError(
-        "The list RECEIVE has no correction. Allowed: AK.A1 to AK.A6, EK.E1 to EK.E6, RKorr.X to RKorr.C, or "
-        "ONLYSEND TRUE for a robot that only reports.");
+    throw ConfigurationError("The list RECEIVE has no correction. Allowed: " + options_.axes_element +
+                             ".A1 to .A6, " + options_.external_axes_element + ".E1 to .E6, " +
+                             options_.pose_element +
+                             ".X to .C (other names: key elements of the mapping), or ONLYSEND TRUE for a "
+                             "robot that only reports.");
 }
 
 void Krc::start(const Six& axes, const Six& external_axes) {

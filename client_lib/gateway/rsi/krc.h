@@ -9,7 +9,7 @@
 //                krc.end_cycle();                      // without an answer: late
 //                the robot goes to krc.target()
 //
-// Corrections come from the elements AK (axes), EK (external axes) and RKorr (pose), those that the configuration
+// Corrections come from elements for axes (AK), external axes (EK) and the pose (RKorr), those that the configuration
 // receives. Absolute ones are offsets to the start, relative ones add up. Units: degrees and millimetres.
 // Sources: kroshu/kuka-external-control-sdk and kroshu/kuka_drivers (GitHub).
 #include <cstdint>
@@ -46,6 +46,8 @@ struct KrcOptions {
   double rotation_limit_deg = kUnlimited;      ///< POSCORR, of the angle of rotation
   double translation_monitor_mm = kUnlimited;  ///< POSCORRMON, length
   double rotation_monitor_deg = kUnlimited;    ///< POSCORRMON, angle
+  // Elements whose attributes are wired to AXISCORR, AXISCORREXT and POSCORR: the RSI context is free in their names.
+  std::string axes_element = "AK", external_axes_element = "EK", pose_element = "RKorr";
 };
 
 enum class KrcState {

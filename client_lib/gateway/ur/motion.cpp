@@ -82,6 +82,13 @@ void Motion::servo(const Vector6& q) {
   servo_fresh_ = servo_begun_ = true;
 }
 
+void Motion::servo_with_lag(const Vector6& q, double lookahead_s) {
+  const double part = 1.0 - std::exp(-cycle_s_ / lookahead_s);
+  Vector6 next = q_;
+  for (std::size_t i = 0; i < next.size(); ++i) next.at(i) += part * (q.at(i) - next.at(i));
+  servo(next);
+}
+
 void Motion::speed(const Vector6& qd, double acceleration) {
   path_ = std::monostate{};
   mode_ = Mode::speed;

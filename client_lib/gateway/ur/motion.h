@@ -53,6 +53,8 @@ class Motion {
   void stop(double deceleration = 4.0);
   /// servoj: a set-point for the next cycle. A cycle without one continues at the present speed.
   void servo(const Vector6& q);
+  /// The same with the lag of a lookahead time, as servoj of URScript; to be called each cycle.
+  void servo_with_lag(const Vector6& q, double lookahead_s);
   /// Enters servo control: the set-point is the present position.
   void begin_servo();
   /// The last set-point of servo control.

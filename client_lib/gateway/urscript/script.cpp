@@ -8,7 +8,7 @@
 namespace takt::urscript {
 namespace {
 
-constexpr std::array<std::string_view, 36> kFunctions{"textmsg",
+constexpr std::array<std::string_view, 50> kFunctions{"textmsg",
                                                       "sleep",
                                                       "sync",
                                                       "halt",
@@ -42,6 +42,20 @@ constexpr std::array<std::string_view, 36> kFunctions{"textmsg",
                                                       "end_freedrive_mode",
                                                       "socket_open",
                                                       "socket_close",
+                                                      "servoj",
+                                                      "set_payload_mass",
+                                                      "set_payload_cog",
+                                                      "write_output_boolean_register",
+                                                      "teach_mode",
+                                                      "end_teach_mode",
+                                                      "socket_send_string",
+                                                      "socket_send_line",
+                                                      "socket_send_int",
+                                                      "socket_send_byte",
+                                                      "socket_set_var",
+                                                      "interpreter_mode",
+                                                      "end_interpreter",
+                                                      "clear_interpreter",
                                                       "write_output_float_register",
                                                       "write_output_integer_register"};
 

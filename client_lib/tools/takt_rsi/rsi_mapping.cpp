@@ -73,6 +73,12 @@ RsiMapping read_rsi_mapping(const std::filesystem::path& file, const CellInfo& c
   f.field("cycle_ms", m.krc.cycle_ms, kCycles, "4 (#IPO_FAST) or 12 (#IPO).");
   f.when("role", kRoles, m.role, {RsiRole::controller}, [&] {
     f.field("corrections", m.krc.relative, kCorrections, "RSI_ON(#ABSOLUTE) or RSI_ON(#RELATIVE).");
+    f.section("elements", "Elements of the configuration that the RSI context wires to corrections.", [&] {
+      f.field("axes", m.krc.axes_element, Text{}, "AXISCORR: the element with A1 to A6.");
+      f.field("external_axes", m.krc.external_axes_element, Text{},
+              "AXISCORREXT: the element with E1 to E6.");
+      f.field("pose", m.krc.pose_element, Text{}, "POSCORR: the element with X, Y, Z, A, B, C.");
+    });
     f.field("timeout_packets", m.krc.timeout, WholeRange{1, 100000},
             "Late packets until RSI stops with KSS29002.");
     m.krc.waits_for_sensor = true;

@@ -324,14 +324,10 @@ void RegisterProgram::inverse_kinematics(const Vector6& near) {
   answer(0, *q);
 }
 
-// servoj follows its target with the lag of its lookahead time.
 void RegisterProgram::advance_control() {
   Motion& motion = controller_.motion();
   if (control_ == Control::servo) {
-    const double part = 1.0 - std::exp(-UrController::kCycle_s / lookahead_s_);
-    Vector6 q = motion.position();
-    for (std::size_t i = 0; i < q.size(); ++i) q.at(i) += part * (target_.at(i) - q.at(i));
-    motion.servo(q);
+    motion.servo_with_lag(target_, lookahead_s_);
   } else if (control_ == Control::servo_line) {
     follow_line();
   }

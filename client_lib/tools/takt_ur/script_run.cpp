@@ -1,6 +1,7 @@
 #include "client_lib/tools/takt_ur/script_run.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <fstream>
 #include <sstream>
@@ -15,10 +16,11 @@ using Kind = urscript::Instruction::Kind;
 /// A loop without a call that waits yields after this many calls.
 constexpr int kMostCallsPerCycle = 100;
 constexpr std::array<std::string_view, 4> kMoves{"movej", "movel", "movep", "movec"};
-constexpr std::array<std::string_view, 6> kOtherMotions{"stopj",  "stopl",      "speedj",
-                                                        "speedl", "force_mode", "freedrive_mode"};
+constexpr std::array<std::string_view, 9> kOtherMotions{"stopj",      "stopl",          "speedj",
+                                                        "speedl",     "servoj",         "force_mode",
+                                                        "teach_mode", "freedrive_mode", "interpreter_mode"};
 /// May stand between two moves that are blended.
-constexpr std::array<std::string_view, 12> kBetweenMoves{"textmsg",
+constexpr std::array<std::string_view, 15> kBetweenMoves{"textmsg",
                                                          "set_standard_digital_out",
                                                          "set_configurable_digital_out",
                                                          "set_tool_digital_out",
@@ -28,6 +30,9 @@ constexpr std::array<std::string_view, 12> kBetweenMoves{"textmsg",
                                                          "set_tool_voltage",
                                                          "set_payload",
                                                          "set_target_payload",
+                                                         "set_payload_mass",
+                                                         "set_payload_cog",
+                                                         "write_output_boolean_register",
                                                          "write_output_float_register",
                                                          "write_output_integer_register"};
 
@@ -60,6 +65,39 @@ std::optional<Vector6> six(const std::vector<double>& values) {
   return result;
 }
 
+std::string text_of(const Literal* value) {
+  if (value == nullptr) return {};
+  if (const auto* text = std::get_if<std::string>(value)) return *text;
+  if (const auto* flag = std::get_if<bool>(value)) return *flag ? "True" : "False";
+  const auto* number = std::get_if<double>(value);
+  if (number == nullptr) return {};
+  std::array<char, 32> digits{};
+  return {digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), *number).ptr};
+}
+
+std::string socket_name(const Call& call, std::size_t position) {
+  const auto* name = argument<std::string>(call, position, "socket_name");
+  return name == nullptr ? "socket_0" : *name;
+}
+
+/// What a call that sends to a socket writes: an integer has four bytes, the most significant one first.
+std::string bytes_of(const Call& call) {
+  const std::string& f = call.function;
+  if (f == "socket_set_var")
+    return "set " + text_of(find(call, 0, "name")) + " " + text_of(find(call, 1, "value")) + "\n";
+  const Literal* value =
+      find(call, 0, f == "socket_send_line" || f == "socket_send_string" ? "str" : "value");
+  if (f == "socket_send_line") return text_of(value) + "\n";
+  if (f == "socket_send_string") return text_of(value);
+  const double number =
+      value != nullptr && std::holds_alternative<double>(*value) ? std::get<double>(*value) : 0.0;
+  const auto whole = static_cast<std::uint32_t>(std::llround(number));
+  std::string bytes;
+  for (int shift = f == "socket_send_int" ? 24 : 0; shift >= 0; shift -= 8)
+    bytes += static_cast<char>(whole >> static_cast<unsigned>(shift) & 0xffU);
+  return bytes;
+}
+
 }  // namespace
 
 ScriptRun::ScriptRun(UrController& controller, const urscript::Program& program)
@@ -68,7 +106,7 @@ ScriptRun::ScriptRun(UrController& controller, const urscript::Program& program)
 ScriptRun::~ScriptRun() {
   *alive_ = false;
   for (auto& [name, socket] : sockets_)
-    if (socket) socket->close();
+    if (socket) socket->finish();
 }
 
 bool ScriptRun::moves(const urscript::Program& program) {
@@ -91,11 +129,68 @@ bool ScriptRun::advance() {
         next_ = instruction.other;
         break;
       case Kind::call:
-        if (!execute(instruction.call)) return true;
+        if (instruction.call.function == "interpreter_mode") {
+          if (!interprets_) enter_interpreter(instruction.call);
+          if (!advance_interpreter()) return !halted_;
+        } else if (!execute(instruction.call)) {
+          return true;
+        }
         ++next_;
     }
   }
   return true;
+}
+
+std::string ScriptRun::interpret(std::string_view line) {
+  if (line == "skipbuffer") {
+    queue_.skip();
+  } else if (line == "abort") {
+    const bool moves = interprets_ && begun_ && !queue_.statements().empty();
+    const std::string function = moves ? queue_.statements().front().call.function : std::string();
+    if (function == "movej" || function == "movel") controller_.motion().stop();
+  } else {
+    return queue_.answer(line);
+  }
+  return "ack: 0: " + std::string(line);
+}
+
+void ScriptRun::enter_interpreter(const Call& call) {
+  const auto flag = [&](std::size_t position, const char* name) {
+    const auto* value = argument<bool>(call, position, name);
+    return value == nullptr || *value;
+  };
+  if (flag(0, "clearQueueOnEnter")) queue_.clear_all();
+  clears_at_end_ = flag(1, "clearOnEnd");
+  interprets_ = true;
+  blended_.reset();
+}
+
+void ScriptRun::leave_interpreter() {
+  queue_.pop();
+  if (clears_at_end_) queue_.clear_all();
+  interprets_ = false;
+  blended_.reset();
+}
+
+bool ScriptRun::advance_interpreter() {
+  for (int calls = 0; calls < kMostCallsPerCycle && !queue_.statements().empty(); ++calls) {
+    const Call& call = queue_.statements().front().call;
+    if (!begun_) queue_.begin();
+    if (call.function == "end_interpreter") {
+      leave_interpreter();
+      return true;
+    }
+    if (call.function == "halt") {
+      halted_ = true;
+      return false;
+    }
+    if (call.function == "clear_interpreter")
+      queue_.clear();
+    else if (!execute(call))
+      return false;
+    queue_.pop();
+  }
+  return false;
 }
 
 void ScriptRun::fail(const Call& call, const std::string& text) {
@@ -111,9 +206,14 @@ bool ScriptRun::execute(const Call& call) {
     return false;
   }
   Motion& motion = controller_.motion();
+  if (servo_target_) motion.servo_with_lag(*servo_target_, servo_lookahead_s_);
+  if (interprets_ && is_of(kMoves, call.function))
+    blend();  // a statement may come while its predecessor moves
   if (controller_.cycle() < wake_cycle_ || connecting_ || (waits_for_speed_ && !motion.has_speed()) ||
       (waits_for_motion_ && motion.moves() == move_ && (motion.follows() || !motion.at_rest())))
     return false;
+  if (servo_target_) motion.stop();  // unless the next call is a servoj
+  servo_target_.reset();
   begun_ = false;
   return true;
 }
@@ -171,7 +271,19 @@ Move ScriptRun::move_of(const Call& call, const Vector6& near) const {
   return move;
 }
 
-std::optional<std::size_t> ScriptRun::next_move() const {
+std::uint64_t ScriptRun::place() const {
+  return interprets_ ? queue_.statements().front().id : next_;
+}
+
+std::optional<ScriptRun::NextMove> ScriptRun::next_move() const {
+  if (interprets_) {
+    const auto& statements = queue_.statements();
+    for (auto statement = statements.begin() + 1; statement != statements.end(); ++statement) {
+      if (is_of(kMoves, statement->call.function)) return NextMove{statement->id, &statement->call};
+      if (!is_of(kBetweenMoves, statement->call.function)) break;
+    }
+    return std::nullopt;
+  }
   std::size_t at = next_;
   for (int steps = 0; steps < kMostCallsPerCycle; ++steps) {
     if (++at >= instructions_.size()) return std::nullopt;
@@ -179,7 +291,7 @@ std::optional<std::size_t> ScriptRun::next_move() const {
     if (instruction.kind == Kind::loop_end) at = instruction.other;
     if (instruction.kind == Kind::halt) return std::nullopt;
     if (instruction.kind != Kind::call) continue;
-    if (is_of(kMoves, instruction.call.function)) return at;
+    if (is_of(kMoves, instruction.call.function)) return NextMove{at, &instruction.call};
     if (!is_of(kBetweenMoves, instruction.call.function)) return std::nullopt;
   }
   return std::nullopt;
@@ -187,15 +299,20 @@ std::optional<std::size_t> ScriptRun::next_move() const {
 
 void ScriptRun::begin_move(const Call& call) {
   Motion& motion = controller_.motion();
-  const bool is_under_way = blended_ == next_ && motion.moves() > move_;
+  const bool is_under_way = blended_ == place() && motion.moves() > move_;
   blended_.reset();
   if (!is_under_way) controller_.begin(move_of(call, motion.position()));
   move_ = motion.moves();
   waits_for_motion_ = true;
+  blend();
+}
+
+void ScriptRun::blend() {
+  Motion& motion = controller_.motion();
   const auto next = motion.takes_successor() ? next_move() : std::nullopt;
   if (!next) return;
   try {
-    if (controller_.blend_into(move_of(instructions_[*next].call, motion.end()))) blended_ = next;
+    if (controller_.blend_into(move_of(*next->call, motion.end()))) blended_ = next->place;
   } catch (const urscript::ScriptError&) {
     // That call fails when it is its turn.
   }
@@ -245,6 +362,17 @@ bool ScriptRun::begin(const Call& call) {
     move_ = motion.moves();
     return false;
   }
+  if (f == "servoj") {
+    const auto* list = argument<std::vector<double>>(call, 0, "q");
+    servo_target_ = list != nullptr ? six(*list) : std::nullopt;
+    if (!servo_target_ || !motion.within_limits(*servo_target_))
+      fail(call, "servoj: allowed: [q0, .., q5] within the joints' ranges");
+    servo_lookahead_s_ = std::clamp(number(call, 4, "lookahead_time", 0.1), 0.03, 0.2);
+    motion.begin_servo();
+    motion.servo_with_lag(*servo_target_, servo_lookahead_s_);
+    wait(std::max(UrController::kCycle_s, number(call, 3, "t", UrController::kCycle_s)));
+    return false;
+  }
   if (f == "speedj" || f == "speedl") {
     const bool joints = f == "speedj";
     const auto* list = argument<std::vector<double>>(call, 0, joints ? "qd" : "xd");
@@ -292,6 +420,18 @@ bool ScriptRun::begin(const Call& call) {
     controller_.set_payload(payload);
     return true;
   }
+  if (f == "set_payload_mass" || f == "set_payload_cog") {
+    Payload payload = controller_.payload();
+    if (f == "set_payload_mass")
+      payload.mass_kg = number(call, 0, "m", 0.0);
+    else if (const auto* cog = argument<std::vector<double>>(call, 0, "CoG");
+             cog != nullptr && cog->size() == 3)
+      std::copy(cog->begin(), cog->end(), payload.center_of_gravity_m.begin());
+    else
+      fail(call, "set_payload_cog: allowed: [x, y, z]");
+    controller_.set_payload(payload);
+    return true;
+  }
   if (f == "set_tcp") {
     const auto* pose = argument<urscript::PoseLiteral>(call, 0, "pose");
     const auto offset = pose != nullptr ? six(pose->values) : std::nullopt;
@@ -320,11 +460,11 @@ bool ScriptRun::begin(const Call& call) {
     if (const std::string problem = problem_of(next); !problem.empty()) fail(call, problem);
     return true;
   }
-  if (f == "freedrive_mode") {
+  if (f == "freedrive_mode" || f == "teach_mode") {
     controller_.start_freedrive();
     return true;
   }
-  if (f == "end_force_mode" || f == "end_freedrive_mode") {
+  if (f == "end_force_mode" || f == "end_freedrive_mode" || f == "end_teach_mode") {
     controller_.end_force_mode();
     return true;
   }
@@ -333,33 +473,53 @@ bool ScriptRun::begin(const Call& call) {
                                     number(call, 1, "value", 0.0));
     return true;
   }
+  if (f == "write_output_boolean_register") {
+    const auto* value = argument<bool>(call, 1, "value");
+    if (value == nullptr) fail(call, f + ": allowed: (N, True or False)");
+    controller_.write_output_bit(static_cast<int>(number(call, 0, "address", -1.0)), *value);
+    return true;
+  }
   if (f == "write_output_integer_register") {
     controller_.write_output_int(static_cast<int>(number(call, 0, "address", -1.0)),
                                  std::llround(number(call, 1, "value", 0.0)));
     return true;
   }
+  if (f.substr(0, 7) == "socket_") return begin_socket_call(call);
+  fail(call, "compile_error_name_not_found:" + f + ":");
+}
+
+// As the real controller: what is sent without a connection is lost, and the program goes on.
+bool ScriptRun::begin_socket_call(const Call& call) {
+  const std::string& f = call.function;
   if (f == "socket_open") {
     const auto* host = argument<std::string>(call, 0, "address");
     const double port = number(call, 1, "port", 0.0);
-    const auto* name = argument<std::string>(call, 2, "socket_name");
     if (host == nullptr || port < 1.0 || port > 65535.0)
       fail(call, "socket_open: allowed: (HOST, PORT, NAME)");
     connecting_ = true;
-    controller_.loop().connect(
-        *host, static_cast<std::uint16_t>(port), 1, std::chrono::seconds(0),
-        [this, alive = alive_, key = name == nullptr ? "socket_0" : *name](auto connection) {
-          if (!*alive) return;
-          connecting_ = false;
-          sockets_[key] = std::move(connection);
-        });
+    controller_.loop().connect(*host, static_cast<std::uint16_t>(port), 1, std::chrono::seconds(0),
+                               [this, alive = alive_, key = socket_name(call, 2)](auto connection) {
+                                 if (!*alive) return;
+                                 connecting_ = false;
+                                 sockets_[key] = std::move(connection);
+                               });
     return false;
   }
+  const auto socket = sockets_.find(socket_name(call, f == "socket_close"     ? 0
+                                                      : f == "socket_set_var" ? 2
+                                                                              : 1));
+  const bool is_open = socket != sockets_.end() && socket->second && socket->second->is_open();
   if (f == "socket_close") {
-    const auto* name = argument<std::string>(call, 0, "socket_name");
-    sockets_.erase(name == nullptr ? "socket_0" : *name);
+    if (is_open) socket->second->finish();
+    if (socket != sockets_.end()) sockets_.erase(socket);
     return true;
   }
-  fail(call, "compile_error_name_not_found:" + f + ":");
+  const std::string text = bytes_of(call);
+  if (is_open)
+    socket->second->send(text);
+  else
+    controller_.log(f + ": the socket is not open.");
+  return true;
 }
 
 urscript::Program read_script(const std::filesystem::path& file, const std::string& name) {

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 
+#include "client_lib/tools/takt_ur/statement_queue.h"
 #include "client_lib/tools/takt_ur/ur_controller.h"
 
 namespace takt::ur {
@@ -13,6 +14,7 @@ class ScriptRun final : public RunningProgram {
   ScriptRun(UrController& controller, const urscript::Program& program);
   ~ScriptRun() override;
   bool advance() override;
+  std::string interpret(std::string_view line) override;
   /// It has a function that moves the robot: such a program is never a secondary one.
   static bool moves(const urscript::Program& program);
 
@@ -25,8 +27,21 @@ class ScriptRun final : public RunningProgram {
   void begin_move(const urscript::Call& call);
   /// From the joint positions where it begins.
   Move move_of(const urscript::Call& call, const Vector6& near) const;
-  /// The next move, where nothing before it waits: its place among the instructions.
-  std::optional<std::size_t> next_move() const;
+  /// A call by its place: in interpreter mode the number of the statement, else the place among the instructions.
+  std::uint64_t place() const;
+  /// The next move, where nothing before it waits.
+  struct NextMove {
+    std::uint64_t place;
+    const urscript::Call* call;
+  };
+  std::optional<NextMove> next_move() const;
+  /// Blends the present move into the next one, if it has a radius.
+  void blend();
+  void enter_interpreter(const urscript::Call& call);
+  /// The statements that clients append. False while one has not ended, or none is there.
+  bool advance_interpreter();
+  void leave_interpreter();
+  bool begin_socket_call(const urscript::Call& call);
   [[noreturn]] static void fail(const urscript::Call& call, const std::string& text);
 
   UrController& controller_;
@@ -35,8 +50,12 @@ class ScriptRun final : public RunningProgram {
   bool begun_ = false;  ///< the call at next_
   std::uint64_t wake_cycle_ = 0;
   bool waits_for_motion_ = false, waits_for_speed_ = false;
-  std::uint64_t move_ = 0;              ///< of the motion: that of the call at next_
-  std::optional<std::size_t> blended_;  ///< the move that follows by a blend
+  std::uint64_t move_ = 0;                ///< of the motion: that of the call at next_
+  std::optional<std::uint64_t> blended_;  ///< place of the move that follows by a blend
+  StatementQueue queue_;
+  bool interprets_ = false, halted_ = false, clears_at_end_ = true;
+  std::optional<Vector6> servo_target_;  ///< of the servoj at next_
+  double servo_lookahead_s_ = 0.1;
   /// Of sockets that the program opens: by name; nullptr while connecting.
   std::map<std::string, std::shared_ptr<gateway::Connection>> sockets_;
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);

@@ -12,6 +12,13 @@ constexpr std::uint64_t kPrimaryCycles = 50;
 /// A client that has this much unread gets no further data package until it has read.
 constexpr std::size_t kUnread = 1U << 15U;
 constexpr std::size_t kLongestLine = 4096;
+constexpr int kPrimaryPort = 30001, kSecondaryPort = 30002, kRealtimePort = 30003, kInterpreterPort = 30020;
+/// A read-only interface has the port of its interface and this.
+constexpr int kReadOnlyOffset = 10;
+
+std::uint16_t as_port(int number) {
+  return static_cast<std::uint16_t>(number);
+}
 
 template <class List>
 void drop_closed(List& list) {
@@ -31,14 +38,26 @@ struct Servers::ScriptClient {
 
 Servers::Servers(gateway::EventLoop& loop, UrController& controller, const UrMapping& mapping)
     : controller_(controller), owners_(controller.inputs().variables().size()) {
-  const auto port = [](int number) { return static_cast<std::uint16_t>(number); };
-  loop.listen(mapping.address, port(mapping.rtde_port), [this](auto c) { accept_rtde(std::move(c)); });
-  for (const int number : {mapping.primary_port, mapping.secondary_port})
-    loop.listen(mapping.address, port(number), [this](auto c) { accept_scripts(std::move(c), primary_); });
-  loop.listen(mapping.address, port(mapping.realtime_port),
-              [this](auto c) { accept_scripts(std::move(c), realtime_); });
-  loop.listen(mapping.address, port(mapping.dashboard_port),
-              [this](auto c) { accept_dashboard(std::move(c)); });
+  loop.listen(mapping.address, as_port(mapping.rtde_port), [this](auto c) { accept_rtde(std::move(c)); });
+  listen(loop, mapping.address, mapping.primary_port, kPrimaryPort, primary_);
+  listen(loop, mapping.address, mapping.secondary_port, kSecondaryPort, secondary_);
+  listen(loop, mapping.address, mapping.realtime_port, kRealtimePort, realtime_);
+  loop.listen(mapping.address, as_port(mapping.dashboard_port), [this](auto c) {
+    c->send(rtde::kDashboardGreeting);
+    accept_lines(std::move(c), [this](std::string_view line, const std::string& peer_address) {
+      return std::optional(rtde::dashboard_reply(line, peer_address, controller_, dashboard_));
+    });
+  });
+  if (mapping.primary_port == kPrimaryPort)
+    loop.listen(mapping.address, as_port(kInterpreterPort), [this](auto c) {
+      accept_lines(std::move(c),
+                   [this](std::string_view line, const std::string&) -> std::optional<rtde::DashboardReply> {
+                     while (!line.empty() && (line.back() == '\r' || line.back() == ' '))
+                       line.remove_suffix(1);
+                     if (line.empty()) return std::nullopt;
+                     return rtde::DashboardReply{controller_.interpret(line)};
+                   });
+    });
   controller.on_primary_message = [this](const std::string& message) {
     const auto clients = primary_;  // a client that is closed leaves the list
     for (const auto& client : clients) client->connection->send(message);
@@ -72,16 +91,26 @@ void Servers::accept_rtde(std::shared_ptr<gateway::Connection> connection) {
                      [this] { drop_closed(rtde_); }});
 }
 
-void Servers::accept_scripts(std::shared_ptr<gateway::Connection> connection, ScriptClients& clients) {
+void Servers::listen(gateway::EventLoop& loop, const std::string& address, int port, int standard_port,
+                     ScriptClients& clients) {
+  loop.listen(address, as_port(port),
+              [this, &clients](auto c) { accept_scripts(std::move(c), clients, false); });
+  if (port == standard_port)
+    loop.listen(address, as_port(port + kReadOnlyOffset),
+                [this, &clients](auto c) { accept_scripts(std::move(c), clients, true); });
+}
+
+void Servers::accept_scripts(std::shared_ptr<gateway::Connection> connection, ScriptClients& clients,
+                             bool read_only) {
   auto client = std::make_shared<ScriptClient>(ScriptClient{connection});
   clients.push_back(client);
-  if (&clients == &primary_) {
+  if (&clients != &realtime_) {
     connection->send(controller_.primary_version());
     connection->send(controller_.primary_state());
   }
-  connection->start({[this, &clients, weak = std::weak_ptr(client)](std::string_view bytes) {
+  connection->start({[this, &clients, read_only, weak = std::weak_ptr(client)](std::string_view bytes) {
                        const auto me = weak.lock();
-                       if (!me) return;
+                       if (!me || read_only) return;
                        me->scripts.add(bytes);
                        while (const auto text = me->scripts.next()) controller_.take_script(*text);
                        if (me->scripts.broken()) {
@@ -93,25 +122,24 @@ void Servers::accept_scripts(std::shared_ptr<gateway::Connection> connection, Sc
                      [&clients] { drop_closed(clients); }});
 }
 
-void Servers::accept_dashboard(std::shared_ptr<gateway::Connection> connection) {
-  dashboards_.push_back(connection);
-  connection->send(rtde::kDashboardGreeting);
+void Servers::accept_lines(std::shared_ptr<gateway::Connection> connection, Answer answer) {
+  line_clients_.push_back(connection);
   connection->start(
-      {[this, weak = std::weak_ptr(connection),
-        buffer = std::make_shared<std::string>()](std::string_view bytes) {
+      {[weak = std::weak_ptr(connection), buffer = std::make_shared<std::string>(),
+        answer = std::move(answer)](std::string_view bytes) {
          const auto me = weak.lock();
          if (!me) return;
          buffer->append(bytes);
          for (std::size_t end; (end = buffer->find('\n')) != std::string::npos && me->is_open();) {
-           const auto reply = rtde::dashboard_reply(std::string_view(*buffer).substr(0, end),
-                                                    me->peer_address(), controller_, dashboard_);
+           const auto reply = answer(std::string_view(*buffer).substr(0, end), me->peer_address());
            buffer->erase(0, end + 1);
-           me->send(reply.line + "\n");
-           if (reply.quit) me->finish();
+           if (!reply) continue;
+           me->send(reply->line + "\n");
+           if (reply->quit) me->finish();
          }
          if (buffer->size() > kLongestLine) me->close();
        },
-       [this] { std::erase_if(dashboards_, [](const auto& c) { return !c->is_open(); }); }});
+       [this] { std::erase_if(line_clients_, [](const auto& c) { return !c->is_open(); }); }});
 }
 
 gateway::PeerStatus Servers::peer(std::uint64_t missed) const {
@@ -141,13 +169,14 @@ bool Servers::publish() {
   }
   if (controller_.cycle() % kPrimaryCycles != 0) return sent_ > before;
   const std::string state = controller_.primary_state();
-  const auto primaries = primary_;
-  for (const auto& client : primaries)
-    if (client->connection->waiting() < kUnread) client->connection->send(state);
+  for (const ScriptClients& readers : {primary_, secondary_})  // copies, as above
+    for (const auto& client : readers)
+      if (client->connection->waiting() < kUnread) client->connection->send(state);
   drop_closed(rtde_);
   drop_closed(primary_);
+  drop_closed(secondary_);
   drop_closed(realtime_);
-  std::erase_if(dashboards_, [](const auto& c) { return !c->is_open(); });
+  std::erase_if(line_clients_, [](const auto& c) { return !c->is_open(); });
   return sent_ > before;
 }
 

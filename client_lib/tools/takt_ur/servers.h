@@ -1,5 +1,5 @@
 #pragma once
-// The listening sockets of takt-ur: RTDE, primary and real-time interface, dashboard.
+// The listening sockets of takt-ur: RTDE, primary, secondary and real-time interface, dashboard.
 #include <memory>
 
 #include "client_lib/gateway/gateway_reporter.h"
@@ -29,17 +29,24 @@ class Servers {
   struct ScriptClient;
   using ScriptClients = std::vector<std::shared_ptr<ScriptClient>>;
   void accept_rtde(std::shared_ptr<gateway::Connection> connection);
-  /// `clients`: the list that the client joins.
-  void accept_scripts(std::shared_ptr<gateway::Connection> connection, ScriptClients& clients);
-  void accept_dashboard(std::shared_ptr<gateway::Connection> connection);
+  /// An interface for programs, and its read-only one where it has its standard port.
+  void listen(gateway::EventLoop& loop, const std::string& address, int port, int standard_port,
+              ScriptClients& clients);
+  /// `clients`: the list that the client joins. Bytes of a read-only client are ignored.
+  void accept_scripts(std::shared_ptr<gateway::Connection> connection, ScriptClients& clients,
+                      bool read_only);
+  /// A client whose lines are answered one by one.
+  using Answer = std::function<std::optional<rtde::DashboardReply>(std::string_view line,
+                                                                   const std::string& peer_address)>;
+  void accept_lines(std::shared_ptr<gateway::Connection> connection, Answer answer);
 
   UrController& controller_;
   rtde::InputOwners owners_;
   rtde::DashboardState dashboard_;
   std::uint64_t connections_ = 0, sent_ = 0, left_out_ = 0;
   std::vector<std::shared_ptr<Rtde>> rtde_;
-  ScriptClients primary_, realtime_;
-  std::vector<std::shared_ptr<gateway::Connection>> dashboards_;
+  ScriptClients primary_, secondary_, realtime_;
+  std::vector<std::shared_ptr<gateway::Connection>> line_clients_;  ///< of the dashboard and the interpreter
 };
 
 }  // namespace takt::ur

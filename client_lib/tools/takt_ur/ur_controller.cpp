@@ -9,6 +9,7 @@
 #include "client_lib/tools/takt_ur/external_program.h"
 #include "client_lib/tools/takt_ur/register_program.h"
 #include "client_lib/tools/takt_ur/script_run.h"
+#include "client_lib/tools/takt_ur/statement_queue.h"
 
 namespace takt::ur {
 namespace {
@@ -230,6 +231,14 @@ void UrController::take_script(const std::string& script) {
   } else if (text != "run program") {  // a program that was sent runs
     run(text);
   }
+}
+
+std::string RunningProgram::interpret(std::string_view line) {
+  return discarded(line, "the program has no interpreter mode");
+}
+
+std::string UrController::interpret(std::string_view line) {
+  return program_ ? program_->interpret(line) : discarded(line, "no program runs");
 }
 
 void UrController::run(const std::string& text) {

@@ -37,6 +37,8 @@ class RunningProgram {
   const std::string& name() const { return name_; }
   /// One cycle. False when the program has ended. Throws urscript::ScriptError, which ends it with a message.
   virtual bool advance() = 0;
+  /// Answers a line of the interpreter interface, without an end of line.
+  virtual std::string interpret(std::string_view line);
   /// A driver commands it, and has sent nothing since the last cycle.
   virtual bool awaits_driver() const { return false; }
 
@@ -77,6 +79,8 @@ class UrController final : public rtde::DashboardRobot {
   void take_inputs(const std::vector<rtde::ServerSession::Written>& written);
   /// A program or line from the primary interface.
   void take_script(const std::string& script);
+  /// Answers a line from the interpreter interface.
+  std::string interpret(std::string_view line);
   std::string primary_version() const;
   std::string primary_state() const;
   /// Receives each message for all primary clients.
@@ -124,6 +128,7 @@ class UrController final : public rtde::DashboardRobot {
   ForceModeOptions& next_force_mode() { return next_force_mode_; }
   void write_output_double(int number, double value);
   void write_output_int(int number, std::int64_t value);
+  void write_output_bit(int number, bool value);
   const Payload& payload() const { return payload_; }
   const Vector6& tcp_offset() const { return tcp_offset_; }
   /// Cycle in which a client has last written an RTDE input.

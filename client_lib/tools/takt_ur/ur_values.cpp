@@ -178,6 +178,18 @@ void UrController::write_output_int(int number, std::int64_t value) {
   if (number >= 0 && number < 48) outputs_.set_whole("output_int_register_" + std::to_string(number), value);
 }
 
+void UrController::write_output_bit(int number, bool value) {
+  if (number < 0 || number > 127) return;
+  if (number >= 64) {
+    outputs_.set_whole("output_bit_register_" + std::to_string(number), value ? 1 : 0);
+    return;
+  }
+  std::int64_t& bits =
+      outputs_[number < 32 ? "output_bit_registers0_to_31" : "output_bit_registers32_to_63"].whole[0];
+  const std::int64_t bit = std::int64_t{1} << (number % 32);
+  bits = value ? bits | bit : bits & ~bit;
+}
+
 void UrController::take_inputs(const std::vector<rtde::ServerSession::Written>& written) {
   std::uint64_t standard_mask = 0, configurable_mask = 0, tool_mask = 0, slider_mask = 0, analog_mask = 0;
   for (const auto& one : written) {
