@@ -44,6 +44,7 @@
 #include "server/cad/body_bytes.h"
 #include "server/cad/child_process.h"
 #include "server/cad/solid_mesh.h"
+#include "server/cad/step_densities.h"
 #include "server/cad/step_operators.h"
 #include "server/cad/step_structure.h"
 #include "server/cad/time_limit.h"
@@ -254,6 +255,7 @@ class StepFile::Reader {
     if (structure.uses > static_cast<double>(kMostUses)) fail_of_size(structure.largest);
     operators_.emplace(*reader.ChangeReader().WS()->Model());
     if (!operators_->problem().empty()) fail(file_, operators_->problem());
+    state_densities_in_g_per_cm3(*reader.ChangeReader().WS()->Model());
     if (!reader.Transfer(document_))
       fail(file_, "its shapes cannot be transferred: entities are missing or damaged");
     note_missing_files(reader);
