@@ -154,6 +154,18 @@ TEST_F(StepReader, DensitiesCountInTheirUnit) {
   }
 }
 
+TEST_F(StepReader, DensitiesThatNoSolidHasAreReported) {
+  StepProduct made("A");
+  const TDF_Label part = made.part("Housing", box(10, 10, 10));
+  made.material(part, "Aluminium", 7.85e-6);
+  made.use(made.root(), part, "Housing");
+  made.write(file());
+  const Product product = read_step(file());
+  EXPECT_TRUE(product.bodies.at(0).material.assumed);
+  EXPECT_NEAR(product.bodies.at(0).material.density_kg_m3, 2700.0, 100.0) << "aluminium by its name";
+  EXPECT_THAT(product.notes, testing::Contains(testing::HasSubstr("which no solid has")));
+}
+
 TEST_F(StepReader, DensitiesCanBeGiven) {
   StepProduct made("A");
   made.use(made.root(), made.part("Housing", box(10, 10, 10)), "Housing");
