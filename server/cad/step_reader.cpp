@@ -44,6 +44,7 @@
 #include "server/cad/body_bytes.h"
 #include "server/cad/child_process.h"
 #include "server/cad/solid_mesh.h"
+#include "server/cad/step_densities.h"
 #include "server/cad/step_operators.h"
 #include "server/cad/step_structure.h"
 #include "server/cad/time_limit.h"
@@ -254,6 +255,7 @@ class StepFile::Reader {
     if (structure.uses > static_cast<double>(kMostUses)) fail_of_size(structure.largest);
     operators_.emplace(*reader.ChangeReader().WS()->Model());
     if (!operators_->problem().empty()) fail(file_, operators_->problem());
+    state_densities_in_g_per_cm3(*reader.ChangeReader().WS()->Model());
     if (!reader.Transfer(document_))
       fail(file_, "its shapes cannot be transferred: entities are missing or damaged");
     note_missing_files(reader);
@@ -426,7 +428,7 @@ class StepFile::Reader {
     return std::nullopt;
   }
 
-  product::Material material_of(const TDF_Label& part, const std::string& name) const {
+  product::Material material_of(const TDF_Label& part, const std::string& name) {
     std::string stated;
     double density_g_cm3 = 0.0;
     Handle(TDataStd_TreeNode) node;
@@ -437,7 +439,15 @@ class StepFile::Reader {
                         density_type);
       if (!text.IsNull()) stated = text->ToCString();
     }
-    return product::material_of(stated, name, density_g_cm3 * 1000.0, options_.densities);
+    double density_kg_m3 = density_g_cm3 * 1000.0;
+    constexpr double kLightest = 1.0, kHeaviest = 30'000.0;  // kg/m^3: aerogel, osmium
+    if (density_kg_m3 != 0.0 && !(density_kg_m3 >= kLightest && density_kg_m3 <= kHeaviest)) {
+      product_.notes.push_back(
+          name + ": its density is " + number_text(density_kg_m3, 3) +
+          " kg/m3 in the file, which no solid has: that of the material's name is assumed, or else steel");
+      density_kg_m3 = 0.0;
+    }
+    return product::material_of(stated, name, density_kg_m3, options_.densities);
   }
 
   const std::filesystem::path file_;

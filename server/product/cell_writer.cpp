@@ -14,6 +14,7 @@
 #include "server/product/convex_pieces.h"
 #include "server/product/geometry.h"
 #include "server/product/names.h"
+#include "server/product/overlaps.h"
 #include "server/product/support.h"
 
 namespace takt::product {
@@ -98,6 +99,7 @@ class Writer {
   CellFiles write_all() {
     fs::create_directories(directory_ / "meshes");
     result_.notes = product_.notes;
+    note_overlaps();
     write_bodies();
     write_support();
     const std::string name = key_of(product_.name);
@@ -320,17 +322,43 @@ class Writer {
     }
   }
 
-  /// Parts stand inside each other at the start where a joint means it.
-  void overlaps(std::ostream& out) const {
+  /// Pairs whose joint means that one part stands in the other.
+  std::set<std::pair<std::size_t, std::size_t>> meant_overlaps() const {
     std::set<std::pair<std::size_t, std::size_t>> meant;
     for (const Contact& contact : product_.contacts)
       if (contact.kind == ContactKind::thread || contact.kind == ContactKind::snap ||
           (contact.kind == ContactKind::cylinder_fit && contact.clearance_m < 0.0))
         meant.insert({contact.first, contact.second});
-    if (meant.empty()) return;
-    out << "\n# Threads, snaps and interference fits.\nworld:\n  allow_overlap:\n";
-    for (const auto& [a, b] : meant)
-      out << "    - [" << product_.instances[a].name << ", " << product_.instances[b].name << "]\n";
+    return meant;
+  }
+
+  void note_overlaps() {
+    const auto meant = meant_overlaps();
+    for (const PartOverlap& overlap : find_overlaps(product_)) {
+      if (meant.count({overlap.first, overlap.second}) != 0) continue;
+      overlaps_.push_back(overlap);
+      result_.notes.push_back(product_.instances[overlap.first].name + " stands inside " +
+                              product_.instances[overlap.second].name + " in the file, " +
+                              number_text(1e3 * overlap.depth_m, 3) + " mm deep at " +
+                              list(overlap.point_W, 4) + " m; the scenario allows it (world.allow_overlap)");
+    }
+  }
+
+  /// Pairs that stand inside each other at the start.
+  void overlaps(std::ostream& out) const {
+    const auto meant = meant_overlaps();
+    if (meant.empty() && overlaps_.empty()) return;
+    const auto pair = [&](std::size_t a, std::size_t b) {
+      return "    - [" + product_.instances[a].name + ", " + product_.instances[b].name + "]";
+    };
+    out << "\nworld:\n  allow_overlap:\n";
+    if (!meant.empty()) out << "    # Threads, snaps and interference fits.\n";
+    for (const auto& [a, b] : meant) out << pair(a, b) << '\n';
+    if (!overlaps_.empty())
+      out << "    # The file has these parts inside each other. Where that is a mistake, correct it in the "
+             "CAD program.\n";
+    for (const PartOverlap& one : overlaps_)
+      out << pair(one.first, one.second) << "   # " << number_text(1e3 * one.depth_m, 3) << " mm deep\n";
   }
 
   void order(std::ostream& out) const {
@@ -361,6 +389,7 @@ class Writer {
   const double usual_friction_;        ///< of most contacts
   std::vector<std::string> files_;     ///< by body: name of its mesh file without suffix
   std::vector<ConvexChoice> choices_;  ///< by body
+  std::vector<PartOverlap> overlaps_;  ///< that no joint means
   std::size_t posts_ = 0;
   CellFiles result_;
 };

@@ -98,6 +98,7 @@ class Finder {
       : product_(product), tolerances_(tolerances), placed_(place(product)) {
     for (const Instance& instance : product.instances) {
       const std::string& body = product.bodies[instance.body].name;
+      insert_.push_back(is_threaded_insert(instance.name) || is_threaded_insert(body));
       nut_.push_back(is_nut(instance.name) || is_nut(body));
       fastener_.push_back(nut_.back() || is_screw(instance.name) || is_screw(body));
     }
@@ -307,12 +308,18 @@ class Finder {
 
   /// A nut on a bolt, or a screw in a hole, without modelled threads: radii differ by less than the depth of a thread, which is
   /// 0.613 of the pitch on the bolt (ISO 68-1, with the rounded root of ISO 724) and less in the hole.
-  bool is_cosmetic_thread(std::size_t i, std::size_t j, double clearance, double radius, double pitch) const {
-    constexpr double kFine = 0.13, kLoose = 0.02;  // of the radius
-    constexpr double kDepth = 0.62;                // of the pitch
-    if (clearance < -std::max(kDepth * pitch, kFine * radius) || clearance > kLoose * radius + 1e-5)
+  bool is_cosmetic_thread(std::size_t shaft, std::size_t hole, double clearance, double radius,
+                          double pitch) const {
+    constexpr double kLoose = 0.02;  // of the radius
+    if (insert_[shaft] || clearance < -deepest_thread_m(radius, pitch) || clearance > kLoose * radius + 1e-5)
       return false;
-    return nut_[i] != nut_[j] || (clearance < -tolerances_.largest_interference_m);
+    return nut_[shaft] != nut_[hole] || insert_[hole] || clearance < -tolerances_.largest_interference_m;
+  }
+
+  static double deepest_thread_m(double radius, double pitch) {
+    constexpr double kFine = 0.13;   // of the radius
+    constexpr double kDepth = 0.62;  // of the pitch
+    return std::max(kDepth * pitch, kFine * radius);
   }
 
   std::optional<Contact> cylinders(const PlacedFace& a, const PlacedFace& b, std::size_t i,
@@ -325,11 +332,14 @@ class Finder {
     double clearance = hole - shaft;
     if (std::abs(clearance) < kRounding_m) clearance = 0.0;
     const double radius = std::max(shaft, hole);
-    const bool fits =
-        clearance <= tolerances_.largest_clearance_m && clearance >= -tolerances_.largest_interference_m;
     const double pitch = 1e-3 * nearest_thread(2.0 * shaft).second;
-    const bool cosmetic = (fasteners && is_cosmetic_thread(i, j, clearance, radius, pitch)) ||
-                          is_tapped(2.0 * shaft, 2.0 * hole, pitch);
+    const std::size_t inner = a.face.concave ? j : i, outer = a.face.concave ? i : j;
+    // The knurl of an insert is melted or cut into its hole.
+    const double tightest_m =
+        insert_[inner] ? deepest_thread_m(radius, pitch) : tolerances_.largest_interference_m;
+    const bool fits = clearance <= tolerances_.largest_clearance_m && clearance >= -tightest_m;
+    const bool cosmetic = (fasteners && is_cosmetic_thread(inner, outer, clearance, radius, pitch)) ||
+                          (!insert_[inner] && is_tapped(2.0 * shaft, 2.0 * hole, pitch));
     if (!fits && !cosmetic) return std::nullopt;
     if (!coaxial(a.face, b.face, std::max(std::abs(clearance), 1e-5) + 1e-5)) return std::nullopt;
     auto contact = around(a, b, std::min(shaft, hole), a.face.concave ? -1.0 : 1.0);
@@ -391,7 +401,7 @@ class Finder {
   const ContactTolerances& tolerances_;
   double plane_gap_m_ = tolerances_.plane_gap_m;  ///< planes further apart do not touch
   const std::vector<PlacedInstance> placed_;
-  std::vector<bool> fastener_, nut_;  ///< by instance: as its name says
+  std::vector<bool> fastener_, nut_, insert_;  ///< by instance: as its name says
   std::vector<Contact> found_, contacts_;
 };
 

@@ -102,6 +102,12 @@ bool is_screw(const std::string& name) {
          has_thread(lower) || is_one_of(kScrews, standard_of(lower));
 }
 
+bool is_threaded_insert(const std::string& name) {
+  const std::string lower = lower_text(name);
+  return has_word(lower, {"heatset", "heat-set", "heat_set", "heat set", "helicoil", "gewindeeinsatz"}) ||
+         (lower.find("insert") != std::string::npos && (is_screw(name) || is_nut(name)));
+}
+
 std::string key_of(const std::string& name) {
   std::string key;
   for (const char c : name) {

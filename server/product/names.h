@@ -18,6 +18,8 @@ bool is_generic(const std::string& name);
 /// (M5x20), and numbers of standards (ISO 4032, DIN 912).
 bool is_nut(const std::string& name);
 bool is_screw(const std::string& name);
+/// Names of threaded inserts, which are pressed or melted into a hole and are nuts within: insert, heat-set, Helicoil.
+bool is_threaded_insert(const std::string& name);
 
 /// Appends _2, _3 and so on to names that are there already.
 void make_names_unique(std::vector<Instance>& instances);

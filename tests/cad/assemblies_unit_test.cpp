@@ -131,6 +131,29 @@ TEST(Assemblies, ScrewsOfNominalDiameterAreScrewedOut) {
   expect_free_ways(planned);
 }
 
+TEST(Assemblies, ThreadedInsertsArePressedInAndHoldScrews) {
+  // As libraries of parts draw them: the screw has the nominal diameter of the insert's hole, the insert is wider than its own.
+  test::StepProduct made("Printed box");
+  made.use(made.root(),
+           made.part("Box", test::cut(test::block(-20, -20, 0, 40, 40, 20), test::upright(2.0, 0, 0, 8, 20))),
+           "Box");
+  made.use(
+      made.root(),
+      made.part("M3 heatset", test::cut(test::upright(2.3, 0, 0, 14, 20), test::upright(1.5, 0, 0, 13, 21))),
+      "M3 heatset");
+  made.use(
+      made.root(),
+      made.part("Cover", test::cut(test::block(-20, -20, 20, 40, 40, 3), test::upright(1.7, 0, 0, 19, 24))),
+      "Cover");
+  made.use(made.root(),
+           made.part("M3x12 SHCS",
+                     test::fuse(test::upright(1.5, 0, 0, 11, 23), test::upright(2.75, 0, 0, 23, 26))),
+           "M3x12 SHCS");
+  const Planned planned = plan_of(std::move(made));
+  EXPECT_EQ(count(planned, ContactKind::thread), 1) << "screw and insert alone";
+  EXPECT_THAT(steps_of(planned), ElementsAre("unscrew M3x12_SHCS +z", "lift Cover +z", "pull M3_heatset +z"));
+}
+
 TEST(Assemblies, TheShippedProductIsThisOne) {
   const test::TemporaryDirectory directory;
   test::bearing_block().write(directory / "product.step");

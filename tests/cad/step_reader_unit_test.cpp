@@ -5,6 +5,8 @@
 
 #include <cstdlib>
 #include <fstream>
+#include <iterator>
+#include <regex>
 
 #include "server/product/contacts.h"
 #include "server/product/disassembly.h"
@@ -118,6 +120,50 @@ TEST_F(StepReader, StructureNamesColoursAndMaterialsAreKept) {
   const product::Body& housing = product.bodies[product.instances[2].body];
   EXPECT_TRUE(housing.material.assumed);
   EXPECT_EQ(housing.material.density_kg_m3, 7850.0);
+}
+
+TEST_F(StepReader, DensitiesCountInTheirUnit) {
+  StepProduct made("A");
+  const TDF_Label part = made.part("Housing", box(10, 10, 10));
+  made.material(part, "Steel", 7.85);
+  made.use(made.root(), part, "Housing");
+  made.write(file());
+  std::ifstream in(file(), std::ios::binary);
+  const std::string text((std::istreambuf_iterator<char>(in)), {});
+  ASSERT_NE(text.find("7.85"), text.npos);
+  struct Stated {
+    std::string value, gram, centimetre;
+    double density_kg_m3;
+  };
+  for (const Stated& stated :
+       {Stated{"7.85", "SI_UNIT($,.GRAM.)", "SI_UNIT(.CENTI.,.METRE.)", 7850.0},
+        Stated{"2700.", "SI_UNIT(.KILO.,.GRAM.)", "SI_UNIT($,.METRE.)", 2700.0},
+        Stated{"2.7E-06", "SI_UNIT(.KILO.,.GRAM.)", "SI_UNIT(.MILLI.,.METRE.)", 2700.0},
+        Stated{"0.00785", "SI_UNIT($,.GRAM.)", "SI_UNIT(.MILLI.,.METRE.)", 7850.0}}) {
+    std::string changed = std::regex_replace(text, std::regex("7\\.85\\d*"), stated.value);
+    changed = std::regex_replace(changed, std::regex(R"(SI_UNIT\(\$,\.GRAM\.\))"),
+                                 std::regex_replace(stated.gram, std::regex("\\$"), "$$$$"));
+    changed = std::regex_replace(changed, std::regex(R"(SI_UNIT\(\.CENTI\.,\.METRE\.\))"),
+                                 std::regex_replace(stated.centimetre, std::regex("\\$"), "$$$$"));
+    std::ofstream(file(), std::ios::binary) << changed;
+    const Product product = read_step(file());
+    EXPECT_NEAR(product.bodies.at(0).material.density_kg_m3, stated.density_kg_m3, 1e-6)
+        << stated.gram << stated.centimetre;
+    EXPECT_FALSE(product.bodies.at(0).material.assumed);
+    EXPECT_NEAR(product.bodies.at(0).exact.volume, 1e-6, 1e-15);
+  }
+}
+
+TEST_F(StepReader, DensitiesThatNoSolidHasAreReported) {
+  StepProduct made("A");
+  const TDF_Label part = made.part("Housing", box(10, 10, 10));
+  made.material(part, "Aluminium", 7.85e-6);
+  made.use(made.root(), part, "Housing");
+  made.write(file());
+  const Product product = read_step(file());
+  EXPECT_TRUE(product.bodies.at(0).material.assumed);
+  EXPECT_NEAR(product.bodies.at(0).material.density_kg_m3, 2700.0, 100.0) << "aluminium by its name";
+  EXPECT_THAT(product.notes, testing::Contains(testing::HasSubstr("which no solid has")));
 }
 
 TEST_F(StepReader, DensitiesCanBeGiven) {

@@ -163,6 +163,46 @@ TEST_F(Decomposition, BlockOKeepsItsPocket) {
                      voxel_size({0.079, 0.079, 0.08}, coarse()));
 }
 
+/// A square plate with a round hole of so many facets, meshed as CAD kernels do: fans from the corners to the rim.
+TriangleMesh plate_with_fine_hole(double size, double thickness, double radius, std::uint32_t facets) {
+  TriangleMesh mesh;
+  for (const Vec3& corner : {Vec3(1, 1, 0), Vec3(-1, 1, 0), Vec3(-1, -1, 0), Vec3(1, -1, 0)})
+    for (const double z : {-0.5, 0.5})
+      mesh.vertices.push_back(0.5 * size * corner + z * thickness * Vec3::UnitZ());
+  for (std::uint32_t i = 0; i < facets; ++i)
+    for (const double z : {-0.5, 0.5})
+      mesh.vertices.emplace_back(radius * std::cos(2.0 * M_PI * i / facets),
+                                 radius * std::sin(2.0 * M_PI * i / facets), z * thickness);
+  const auto quad = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
+    mesh.triangles.push_back({a, b, c});
+    mesh.triangles.push_back({a, c, d});
+  };
+  const auto rim = [&](std::uint32_t i) { return 8 + 2 * (i % facets); };
+  for (std::uint32_t i = 0; i < facets; ++i) {
+    const std::uint32_t corner = 2 * (i * 4 / facets), a = rim(i), b = rim(i + 1);
+    quad(a, a + 1, b + 1, b);
+    mesh.triangles.push_back({corner + 1, b + 1, a + 1});
+    mesh.triangles.push_back({corner, a, b});
+  }
+  for (std::uint32_t k = 0; k < 4; ++k) {
+    const std::uint32_t a = 2 * k, b = 2 * ((k + 1) % 4), between = rim((k + 1) * facets / 4);
+    quad(a, b, b + 1, a + 1);
+    mesh.triangles.push_back({a + 1, b + 1, between + 1});
+    mesh.triangles.push_back({a, between, b});
+  }
+  return mesh;
+}
+
+TEST_F(Decomposition, AFineHoleLeavesThePlateItsInside) {
+  // Facets of 0.04 mm are less than the thousandth of the plate within which V-HACD merges vertices.
+  const TriangleMesh plate = plate_with_fine_hole(0.1, 0.02, 0.015, 2400);
+  ASSERT_TRUE(check_closed(plate).ok());
+  ASSERT_NEAR(volume_properties(plate).volume, 0.02 * (0.01 - M_PI * 0.015 * 0.015), 1e-9);
+  const VolumeComparison volumes = compare_volumes(plate, decompose(plate, DecompositionParameters()));
+  EXPECT_LT(volumes.lost, 0.01);
+  EXPECT_LT(volumes.gained, 0.08);
+}
+
 TEST_F(Decomposition, PiecesStandWhereTheSolidStands) {
   // C in the pocket of B, O on the table: plane faces are where they are in the mesh, to 1 um, not to a
   // voxel.

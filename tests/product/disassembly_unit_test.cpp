@@ -6,6 +6,7 @@
 #include "server/product/cell_writer.h"
 #include "server/product/contacts.h"
 #include "server/product/convex_pieces.h"
+#include "server/product/overlaps.h"
 #include "server/scenario/scenario_builder.h"
 #include "server/simulation/step/simulation.h"
 #include "tests/support/product_bodies.h"
@@ -148,6 +149,34 @@ TEST(WrittenCell, LoadsWithNutsThatAreBoredToTheCore) {
   EXPECT_TRUE(build_cell(scenario)->start_overlaps.empty());
   scenario.allow_overlap.clear();
   EXPECT_EQ(build_cell(scenario)->start_overlaps.size(), 1U);
+}
+
+TEST(WrittenCell, AllowsPartsThatTheFileHasInsideEachOther) {
+  // By hand: a block 3 mm deep in the base, a bead 10 mm below the face of that block, a lid that touches it.
+  Product product = product_of({{box_body("Base", {0.2, 0.2, 0.05}), {0, 0, 0.0}},
+                                {box_body("Block", {0.05, 0.05, 0.05}), {0, 0, 0.047}},
+                                {box_body("Bead", {0.01, 0.01, 0.01}), {0, 0, 0.057}},
+                                {box_body("Lid", {0.05, 0.05, 0.01}), {0, 0, 0.077}}});
+  product.contacts = find_contacts(product);
+  const std::vector<PartOverlap> overlaps = find_overlaps(product);
+  ASSERT_EQ(overlaps.size(), 2U);
+  EXPECT_EQ(overlaps[0].first, 0U);
+  EXPECT_EQ(overlaps[0].second, 1U);
+  EXPECT_NEAR(overlaps[0].depth_m, 0.003, 1e-9);
+  EXPECT_EQ(overlaps[1].first, 1U);
+  EXPECT_EQ(overlaps[1].second, 2U);
+  EXPECT_NEAR(overlaps[1].depth_m, 0.02, 1e-9) << "from the bead's lower corners to the sides of the block";
+  const Disassembly plan = take_apart(product);
+  test::TemporaryDirectory directory;
+  const CellFiles files = write_cell(product, plan, hierarchy(product, plan), directory / "cell");
+  EXPECT_THAT(files.notes,
+              testing::Contains(testing::HasSubstr("Base stands inside Block in the file, 3 mm deep")));
+  Scenario scenario = read_scenario(files.scenario);
+  EXPECT_EQ(scenario.allow_overlap.size(), overlaps.size());
+  Simulation simulation(build_cell(scenario));
+  for (int i = 0; i < 100; ++i) ASSERT_TRUE(simulation.step({})) << "the cell runs";
+  scenario.allow_overlap.clear();
+  EXPECT_EQ(build_cell(scenario)->start_overlaps.size(), overlaps.size());
 }
 
 }  // namespace

@@ -1,9 +1,11 @@
 #include "server/geometry/convex/decomposition.h"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <memory>
 #include <stdexcept>
 
@@ -67,6 +69,51 @@ double distance_out_of(const Part& part, const Vec3& p) {
   return distance;
 }
 
+/// V-HACD merges vertices nearer than a thousandth of the mesh's largest extent, each time it meets one with the nearest that it
+/// has by then: one vertex can become two, the surface cracks, and the flood from outside leaves a shell. Here each vertex
+/// becomes one of those kept, always the same, so that the surface stays closed and V-HACD finds nothing to merge.
+TriangleMesh merge_near_vertices(const TriangleMesh& solid) {
+  constexpr double kShare = 1.01e-3;
+  Vec3 lower = solid.vertices.front(), upper = lower;
+  for (const Vec3& v : solid.vertices) lower = lower.cwiseMin(v), upper = upper.cwiseMax(v);
+  const double within = kShare * (upper - lower).maxCoeff();
+  using Cell = std::array<std::int64_t, 3>;
+  const auto cell_of = [&](const Vec3& v) {
+    const Vec3 at = (v - lower) / within;
+    return Cell{static_cast<std::int64_t>(at.x()), static_cast<std::int64_t>(at.y()),
+                static_cast<std::int64_t>(at.z())};
+  };
+  TriangleMesh merged;
+  std::map<Cell, std::vector<std::uint32_t>> cells;
+  std::vector<std::uint32_t> kept;  // by vertex of the solid
+  for (const Vec3& v : solid.vertices) {
+    const Cell cell = cell_of(v);
+    std::uint32_t nearest = static_cast<std::uint32_t>(merged.vertices.size());
+    double smallest = within;
+    for (std::int64_t i = -1; i <= 1; ++i)
+      for (std::int64_t j = -1; j <= 1; ++j)
+        for (std::int64_t k = -1; k <= 1; ++k) {
+          const auto found = cells.find({cell[0] + i, cell[1] + j, cell[2] + k});
+          if (found == cells.end()) continue;
+          for (const std::uint32_t other : found->second) {
+            const double distance = (merged.vertices[other] - v).norm();
+            if (distance <= smallest) smallest = distance, nearest = other;
+          }
+        }
+    if (nearest == merged.vertices.size()) {
+      merged.vertices.push_back(v);
+      cells[cell].push_back(nearest);
+    }
+    kept.push_back(nearest);
+  }
+  for (const auto& t : solid.triangles) {
+    const TriangleMesh::Triangle moved{kept[t[0]], kept[t[1]], kept[t[2]]};
+    if (moved[0] != moved[1] && moved[1] != moved[2] && moved[2] != moved[0])
+      merged.triangles.push_back(moved);
+  }
+  return merged;
+}
+
 /// V-HACD ends a fraction of a voxel away from the surface, and a part that stands on a missing face falls by
 /// that much. So every corner of the mesh that lies outside all parts joins the nearest one: plane faces are
 /// exact, and all of the surface's corners are covered.
@@ -111,18 +158,19 @@ bool decomposition_available() {
 std::string decomposition_version() {
   // The last number is the version of takt's own changes to the parts.
   return "V-HACD " + std::to_string(VHACD_VERSION_MAJOR) + "." + std::to_string(VHACD_VERSION_MINOR) +
-         ", takt 1";
+         ", takt 2";
 }
 
 std::vector<ConvexShape> decompose(const TriangleMesh& solid, const DecompositionParameters& parameters,
                                    const std::function<void(double)>& progress) {
   check(parameters);
+  const TriangleMesh merged = merge_near_vertices(solid);
   std::vector<double> coordinates;
-  coordinates.reserve(3 * solid.vertices.size());
-  for (const Vec3& v : solid.vertices) coordinates.insert(coordinates.end(), {v.x(), v.y(), v.z()});
+  coordinates.reserve(3 * merged.vertices.size());
+  for (const Vec3& v : merged.vertices) coordinates.insert(coordinates.end(), {v.x(), v.y(), v.z()});
   std::vector<std::uint32_t> triangles;
-  triangles.reserve(3 * solid.triangles.size());
-  for (const auto& t : solid.triangles) triangles.insert(triangles.end(), t.begin(), t.end());
+  triangles.reserve(3 * merged.triangles.size());
+  for (const auto& t : merged.triangles) triangles.insert(triangles.end(), t.begin(), t.end());
 
   VHACD::IVHACD::Parameters p;
   p.m_maxConvexHulls = static_cast<std::uint32_t>(parameters.max_hulls);
@@ -135,8 +183,8 @@ std::vector<ConvexShape> decompose(const TriangleMesh& solid, const Decompositio
   if (progress) p.m_callback = &reporter;
   const auto release = [](VHACD::IVHACD* vhacd) { vhacd->Release(); };
   const std::unique_ptr<VHACD::IVHACD, decltype(release)> vhacd(VHACD::CreateVHACD(), release);
-  vhacd->Compute(coordinates.data(), static_cast<std::uint32_t>(solid.vertices.size()), triangles.data(),
-                 static_cast<std::uint32_t>(solid.triangles.size()), p);
+  vhacd->Compute(coordinates.data(), static_cast<std::uint32_t>(merged.vertices.size()), triangles.data(),
+                 static_cast<std::uint32_t>(merged.triangles.size()), p);
 
   std::vector<Part> parts;
   for (std::uint32_t i = 0; i < vhacd->GetNConvexHulls(); ++i) {
