@@ -90,7 +90,7 @@ void print_pressing(const PartExplanation& e) {
 int explain(const Common& common, const std::string& part) {
   const PartExplanation e = Session(common)->explain_part(part);
   if (common.json) {
-    print_json(recording::values_json(arguments_of(e)), 2);
+    print_json(recording::values_json(arguments_of<requests::ExplainPartResponse>(e)), 2);
     return 0;
   }
   std::printf("At %.3f s (step %llu): %s\n", e.time, static_cast<unsigned long long>(e.step),
