@@ -1,6 +1,5 @@
 #pragma once
 // The errors that solvers with error control allow the states of a cell.
-#include <span>
 #include <vector>
 
 #include "server/simulation/solver/ode_system.h"

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "plant_models/mechanics/rigid_body.h"
 #include "server/simulation/solver/islands.h"
 
 namespace takt {

@@ -194,7 +194,6 @@ bool RosenbrockIntegrator::step_calmly(OdeSystem& system, double t, double h, bo
   const bool follows = finite && remembers_ && same_models(system, h);
   std::fill(calm_segments_.begin(), calm_segments_.end(), 0);
   calm_ = finite && find_calm(system, t, h, follows, x) && mode_ends_at(system, t + h) > 1.0;
-  if (calm_) std::fill(calm_segments_.begin(), calm_segments_.end(), 0);
   if (calm_ || !kept) {
     remembers_ = finite;
     if (finite) trial_.remember();
@@ -215,9 +214,10 @@ bool RosenbrockIntegrator::step_calmly(OdeSystem& system, double t, double h, bo
   return false;
 }
 
-/// Of the last trial by two stages. True: all segments are calm.
+/// Of the last trial by two stages. True: all segments are calm; else calm_segments_ has those that are.
 bool RosenbrockIntegrator::find_calm(OdeSystem& system, double t, double h, bool follows,
                                      std::span<const double> x) {
+  if (trial_.error() <= kCalmError) return true;
   if (follows) trial_.find_change(system);
   bool all = true, by_change = false;
   for (const std::size_t segment : system.active_segments()) {
