@@ -152,7 +152,9 @@ class UrDriver:
     def exactly(self, size):
         received = b""
         while len(received) < size:
-            received += self.rtde.recv(size - len(received))
+            part = self.rtde.recv(size - len(received))
+            assert part, "the controller has closed the connection"
+            received += part
         return received
 
     def newest_time_s(self):
