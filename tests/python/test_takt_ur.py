@@ -603,6 +603,33 @@ def test_a_program_that_is_refused_says_where_and_why(robot, opened):
     gateway.wait_for_line("line 4, column 11: index 2 is out of range; allowed: 0 to 1")
 
 
+def test_a_thread_that_moves_is_killed_and_another_one_may_not_move_beside_it(robot, opened):
+    _, ports, gateway = robot
+    client = Rtde(opened, ports[0])
+    q = list(client.wait(lambda s: s["runtime_state"] == 1)["target_q"])
+    primary = opened(socket.create_connection(("127.0.0.1", ports[1]), timeout=PATIENCE_S))
+    primary.sendall(f"""def kills():
+  q = {q}
+  q[5] = q[5] + 1
+  thread far():
+    movej(q, t = 100)
+  end
+  first = run far()
+  sleep(0.5)
+  kill first
+  sleep(0.5)
+  textmsg("the killed thread leaves the robot steady: ", is_steady())
+  second = run far()
+  sleep(0.1)
+  movej({q})
+end
+""".encode())
+    gateway.wait_for_line("the killed thread leaves the robot steady: True")
+    gateway.wait_for_line("line 14, column 3: Another thread is already controlling the robot")
+    end = client.wait(lambda s: s["runtime_state"] == 1)["target_q"][5]
+    assert q[5] < end < q[5] + 0.02
+
+
 def test_interpreter_mode_has_the_variables_and_functions_of_its_program(second, opened):
     connect, address = second
     rtde, interpreter, primary = Rtde(opened, 30004, address), connect(30020), connect(30001)

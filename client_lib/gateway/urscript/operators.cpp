@@ -50,27 +50,34 @@ Value arithmetic(Operator op, const Value& a, const Value& b) {
   }
 }
 
-Value product(const Items& rows, const Value& b) {
-  std::vector<Value> result;
-  const bool by_matrix = is_matrix(b);
-  const std::size_t columns = by_matrix ? b.list()->values.front().list()->values.size() : 1;
+std::vector<std::vector<double>> matrix_of(const Items& rows) {
+  std::vector<std::vector<double>> matrix;
   for (const Value& row : rows.values) {
-    const auto left = numbers_of(row);
-    if (left.size() != b.list()->values.size())
-      throw ValueError("the columns of the first matrix are not as many as the rows of the second operand");
-    std::vector<Value> line;
-    for (std::size_t j = 0; j < columns; ++j) {
-      double sum = 0.0;
-      for (std::size_t k = 0; k < left.size(); ++k) {
-        const Value& factor = b.list()->values[k];
-        const auto right = by_matrix ? numbers_of(factor) : std::vector<double>{};
-        if (by_matrix && right.size() != columns) throw ValueError("the rows of a matrix have one length");
-        if (!by_matrix && !factor.is_number()) throw ValueError("a matrix has numbers alone");
-        sum += left[k] * (by_matrix ? right[j] : factor.number());
-      }
-      line.emplace_back(finite(sum));
-    }
-    result.push_back(by_matrix ? Value::list(std::move(line)) : line.front());
+    matrix.push_back(numbers_of(row));
+    if (matrix.back().size() != matrix.front().size())
+      throw ValueError("the rows of a matrix have one length");
+  }
+  return matrix;
+}
+
+/// matrix * matrix, matrix * list.
+Value product(const Items& rows, const Value& b) {
+  const auto left = matrix_of(rows);
+  const bool by_matrix = is_matrix(b);
+  std::vector<std::vector<double>> right;
+  if (by_matrix)
+    right = matrix_of(*b.list());
+  else
+    for (const double one : numbers_of(b)) right.push_back({one});
+  if (left.front().size() != right.size() || right.empty())
+    throw ValueError("the columns of the first matrix are not as many as the rows of the second operand");
+  std::vector<Value> result;
+  for (const auto& row : left) {
+    std::vector<double> line(right.front().size(), 0.0);
+    for (std::size_t k = 0; k < right.size(); ++k)
+      for (std::size_t j = 0; j < line.size(); ++j) line[j] += row[k] * right[k][j];
+    for (const double one : line) finite(one);
+    result.push_back(by_matrix ? Value(line) : Value(line.front()));
   }
   return Value::list(std::move(result));
 }
