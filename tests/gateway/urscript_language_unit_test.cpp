@@ -146,6 +146,11 @@ TEST(UrscriptLanguage, FunctionsHaveDefaultsNamesAndResults) {
   EXPECT_EQ(run_script(program(" base = 10\n def f(a, b = base * 2, c = 3):\n  return a + b + c\n end\n "
                                "textmsg(f(1), f(1, 2))\n textmsg(f(1, c = 0))")),
             (Lines{"246", "21"}));
+  // UR's libraries define such functions for robots that do not have them.
+  EXPECT_EQ(
+      run_script(program(" def normalize(v):\n  return v / norm(v)\n end\n textmsg(normalize([3, 4]))")),
+      Lines{"[0.6, 0.8]"});
+  EXPECT_EQ(result("normalize([3, 4])"), "[0.6, 0.8]");
   EXPECT_EQ(error("def t():\n def f(a):\n end\n f()\nend\n"), "4:2 f: allowed: (a), 1 of them needed");
   EXPECT_EQ(error("def t():\n def f():\n end\n x = f()\nend\n"), "4:2 the function has returned no value");
 }

@@ -87,9 +87,6 @@ class Compiler {
     for_each(block, [&](const Statement& statement) {
       if (statement.kind != Statement::Kind::definition) return;
       const Definition& definition = *statement.definition;
-      if (find_function(definition.name) != nullptr)
-        fail(definition.line, definition.column,
-             "syntax_error: " + definition.name + " is a function of URScript; another name is allowed");
       if (symbols_.routines.size() >= Symbols::kMostRoutines)
         fail(definition.line, definition.column,
              "a program has at most " + std::to_string(Symbols::kMostRoutines) + " functions");

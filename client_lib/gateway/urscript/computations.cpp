@@ -10,6 +10,7 @@
 
 #include "client_lib/gateway/ur/path.h"
 #include "client_lib/gateway/urscript/functions.h"
+#include "client_lib/gateway/urscript/operators.h"
 
 namespace takt::urscript {
 namespace {
@@ -254,6 +255,8 @@ const std::map<std::string_view, Computation>& computations() {
          return a[0].is_integer() ? Value::whole(value) : Value(value);
        }},
       {"length", size_of},
+      {"get_list_length", size_of},
+      {"normalize", [](Arguments a) { return apply(Operator::divide, a[0], magnitude(a[0])); }},
       {"size", matrix_size},
       {"transpose", transpose},
       {"inv", inverse},

@@ -17,6 +17,8 @@ constexpr std::string_view kNoConveyor =
     "conveyor tracking is not simulated; speedl and servoj follow a signal";
 constexpr std::string_view kNoHistory = "the history of positions is not kept";
 constexpr std::string_view kNoPower = "power and modes are commanded over the dashboard";
+constexpr std::string_view kNoEffect =
+    "accepted without an effect, since programs of PolyScope begin with it";
 constexpr std::string_view kNoPath = "tool paths are not supported; movep runs each point";
 
 constexpr Function kFunctions[] = {
@@ -66,6 +68,15 @@ constexpr Function kFunctions[] = {
     {"set_standard_analog_out", "n, f", sets, "output 0 or 1, fraction of its range"},
     {"set_analog_out", "n, f", sets, "the same"},
     {"set_tool_voltage", "voltage", sets, "0, 12 or 24"},
+    {"set_standard_analog_input_domain", "port, domain", ignored, kNoEffect},
+    {"set_tool_analog_input_domain", "port, domain", ignored, kNoEffect},
+    {"set_analog_outputdomain", "port, domain", ignored, kNoEffect},
+    {"set_input_actions_to_default", "", ignored, kNoEffect},
+    {"set_tool_output_mode", "mode", ignored, kNoEffect},
+    {"set_tool_digital_output_mode", "n, mode", ignored, kNoEffect},
+    {"set_tool_communication", "enabled, baud_rate, parity, stop_bits, rx_idle_chars, tx_idle_chars", ignored,
+     kNoEffect},
+    {"set_safety_mode_transition_hardness", "type", ignored, kNoEffect},
     {"get_standard_digital_in", "n", reads, "input 0 to 7"},
     {"get_configurable_digital_in", "n", reads, "input 0 to 7"},
     {"get_tool_digital_in", "n", reads, "input 0 or 1"},
@@ -151,6 +162,8 @@ constexpr Function kFunctions[] = {
     {"r2d", "r", computes, "radians to degrees"},
     {"norm", "a", computes, "magnitude of a number or list"},
     {"length", "v", computes, "elements of a list, bytes of a text"},
+    {"get_list_length", "v", computes, "the same"},
+    {"normalize", "v", computes, "list with the norm 1"},
     {"size", "v", computes, "the same; [rows, columns] of a matrix"},
     {"transpose", "m", computes, "of a matrix"},
     {"inv", "m", computes, "inverse of a square matrix or a pose"},

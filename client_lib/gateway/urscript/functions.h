@@ -14,6 +14,7 @@ struct Function {
     reads,     ///< the robot's state and its inputs
     sets,      ///< at once; may stand between two moves that are blended
     acts,      ///< may take time
+    ignored,   ///< accepted without an effect
     moves,     ///< the robot: such a program is never a secondary one
     refused    ///< `does` is the reason
   };

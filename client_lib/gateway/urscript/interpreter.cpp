@@ -465,6 +465,7 @@ bool Interpreter::look_at_native(Thread& thread, const Op& op, Look& ahead) cons
       return true;
     }
     case Function::Kind::sets:
+    case Function::Kind::ignored:
       finish_call(thread, count, {});
       return true;
     default:

@@ -47,6 +47,7 @@ Outcome ScriptRun::call(const HostCall& call) {
   const Function::Kind kind = call.function.kind;
   if (kind == Function::Kind::reads || kind == Function::Kind::solves)
     return {false, read_function(controller_, arguments, controller_.motion().position())};
+  if (kind == Function::Kind::ignored) return {};
   if (call.function.name == "interpreter_mode") return interpreter_mode(arguments, call.begins);
   if (kind == Function::Kind::moves && call.begins) take_control(call.thread);
   if (call.begins) {
