@@ -11,7 +11,7 @@ ROOT = HERE.parents[1]
 sys.path.insert(0, str(ROOT / "docs/site"))
 import references  # noqa: E402
 
-GENERATED = {f"docs/{name}.md" for name in ("requests", "events", "topics", "scenes", "scenario_reference")}
+GENERATED = {f"docs/{name}.md" for name in ("requests", "events", "topics", "scenes", "scenario_reference", "urscript")}
 MOST_WORDS = 29_000  # of all hand-written pages; a subject that is added has to replace words elsewhere
 CITED = re.compile(r"[Dd]ecisions? (\d+)")
 programs = None

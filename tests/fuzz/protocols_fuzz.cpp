@@ -7,6 +7,7 @@
 #include "client_lib/gateway/rtde/client_session.h"
 #include "client_lib/gateway/rtde/external_control.h"
 #include "client_lib/gateway/rtde/server_session.h"
+#include "client_lib/gateway/urscript/interpreter.h"
 #include "client_lib/gateway/urscript/script.h"
 
 namespace {
@@ -32,14 +33,44 @@ void fuzz_rtde(std::string_view first, std::string_view second) {
   while (const auto message = commands.next()) (void)rtde::script_command(*message);
 }
 
+/// Everything succeeds at once; a value that comes from outside is a number.
+class NoController final : public urscript::Host {
+ public:
+  urscript::Outcome call(const urscript::HostCall& call) override {
+    if (call.function.kind == urscript::Function::Kind::moves && interpreter != nullptr)
+      (void)interpreter->next_move(call.thread);
+    return {call.begins && call.function.name == "sleep", 1.0};
+  }
+  std::optional<urscript::Value> foresee(const urscript::Function&,
+                                         std::span<const urscript::Value>) override {
+    return urscript::Value(1.0);
+  }
+  urscript::RoutinePointer statement_ahead(std::size_t) override { return nullptr; }
+  void ended(std::uint64_t) override {}
+  const urscript::Interpreter* interpreter = nullptr;
+};
+
+void run(const std::string& text) {
+  constexpr int kCycles = 3;
+  const urscript::Program program = urscript::parse_program(text);
+  for (const urscript::Code* code : {&program.code, program.registers ? &program.registers->path : nullptr}) {
+    if (code == nullptr) continue;
+    NoController host;
+    urscript::Interpreter interpreter(*code, host);
+    host.interpreter = &interpreter;
+    for (int cycle = 0; cycle < kCycles && interpreter.advance(); ++cycle) {
+    }
+  }
+}
+
 void fuzz_urscript(std::string_view first, std::string_view second) {
   urscript::ScriptStream stream;
   for (const std::string_view part : {first, second}) {
     stream.add(part);
     while (const auto text = stream.next()) {
       try {
-        (void)urscript::parse_program(*text);
-      } catch (const urscript::ScriptError&) {  // the refusal of a program
+        run(*text);
+      } catch (const urscript::ScriptError&) {  // the refusal of a program, or its error
       }
     }
   }

@@ -1,7 +1,8 @@
-// The part of URScript that takt runs, and how streams of it are split.
+// Programs of URScript that clients send: how streams of them are split, and how those of drivers are recognised.
 #include <gtest/gtest.h>
 
-#include "client_lib/gateway/urscript/script.h"
+#include "client_lib/tools/takt_ur/script_functions.h"
+#include "tests/gateway/urscript_host.h"
 
 namespace {
 
@@ -24,36 +25,49 @@ TEST(ScriptStream, SplitsProgramsAndLinesAtEveryByte) {
   }
 }
 
+std::vector<std::string> calls_of(const Code& code) {
+  RecordingHost host;
+  Interpreter interpreter(code, host);
+  while (interpreter.advance()) ++host.cycle;
+  std::vector<std::string> calls = host.calls;
+  calls.insert(calls.end(), host.messages.begin(), host.messages.end());
+  return calls;
+}
+
 TEST(Script, ReadsCallsWithTheirArguments) {
   const Program program = parse_program(
       "def test():\n  movej([0, -1.5, 1e-3, 0, 0, 0], a=1.2, v = 0.5)\n  textmsg(\"a # b\") # c\n  "
       "movel(p[0,0,1,0,0,0])\nend\n");
   EXPECT_EQ(program.name, "test");
   EXPECT_FALSE(program.secondary);
-  ASSERT_EQ(program.instructions.size(), 3U);
-  const Call& move = program.instructions[0].call;
-  EXPECT_EQ(std::get<std::vector<double>>(move.arguments.at(0)),
-            (std::vector<double>{0, -1.5, 1e-3, 0, 0, 0}));
-  EXPECT_EQ(std::get<double>(move.named.at("v")), 0.5);
-  EXPECT_EQ(std::get<std::string>(program.instructions[1].call.arguments.at(0)), "a # b");
-  EXPECT_EQ(std::get<PoseLiteral>(program.instructions[2].call.arguments.at(0)).values[2], 1.0);
+  EXPECT_TRUE(program.code.moves);
+  EXPECT_EQ(calls_of(program.code),
+            (std::vector<std::string>{"movej [0, -1.5, 0.001, 0, 0, 0] 1.2 0.5 None None",
+                                      "movel p[0, 0, 1, 0, 0, 0] None None None None", "a # b"}));
 }
 
 TEST(Script, OlderAndNestedFormsOfClientsAreRead) {
-  const Call output = parse_program("digital_out[3]=True").instructions.at(0).call;
-  EXPECT_EQ(output.function, "set_digital_out");
-  EXPECT_EQ(std::get<double>(output.arguments.at(0)), 3.0);
-  EXPECT_TRUE(std::get<bool>(output.arguments.at(1)));
-  const Call turned = parse_program("movej([d2r(-90), 0, d2r( 180 ), 0, 0, 0])").instructions.at(0).call;
-  const auto& q = std::get<std::vector<double>>(turned.arguments.at(0));
-  EXPECT_DOUBLE_EQ(q[0], -1.5707963267948966);
-  EXPECT_DOUBLE_EQ(q[2], 3.141592653589793);
-  const Call pose = parse_program("movej(get_inverse_kin(p[1,0,0,0,0,0]), a=1)").instructions.at(0).call;
-  EXPECT_EQ(std::get<PoseLiteral>(pose.arguments.at(0)).values[0], 1.0);
+  EXPECT_EQ(calls_of(parse_program("digital_out[3]=True").code),
+            std::vector<std::string>{"set_digital_out 3 True"});
+  EXPECT_EQ(calls_of(parse_program("movej([d2r(-90), 0, d2r( 180 ), 0, 0, 0])").code),
+            std::vector<std::string>{"movej [-1.5708, 0, 3.14159, 0, 0, 0] None None None None"});
+  RecordingHost host;
+  host.answers["get_inverse_kin"] = std::vector<double>{1, 2, 3, 4, 5, 6};
+  run_script("movej(get_inverse_kin(p[1,0,0,0,0,0]), a=1)", host);
+  EXPECT_EQ(host.calls, (std::vector<std::string>{"get_inverse_kin p[1, 0, 0, 0, 0, 0] None None None None",
+                                                  "movej [1, 2, 3, 4, 5, 6] 1 None None None"}));
   for (const char* text : {"digital_out[0]", "digital_out[0, 1] = True", "digital_out[0] = True x",
-                           "movej([d2r(1, 0, 0, 0, 0, 0])", "movej(get_inverse_kin([1, 0, 0, 0, 0, 0]))",
-                           "movej(get_inverse_kin(p[1, 0, 0, 0, 0, 0])"})
+                           "movej([d2r(1, 0, 0, 0, 0, 0])", "movej(get_inverse_kin(p[1, 0, 0, 0, 0, 0])"})
     EXPECT_THROW(parse_program(text), ScriptError) << text;
+}
+
+TEST(Script, TheControllerHasEachFunctionThatReadsOrSets) {
+  using enum Function::Kind;
+  for (const Function& function : functions()) {
+    EXPECT_EQ(takt::ur::is_read(function.name), function.kind == solves || function.kind == reads)
+        << function.name;
+    EXPECT_TRUE(function.kind != sets || takt::ur::is_set(function.name)) << function.name;
+  }
 }
 
 TEST(Script, AnUnknownFunctionIsAnErrorWithLineAndColumn) {
@@ -67,11 +81,12 @@ TEST(Script, AnUnknownFunctionIsAnErrorWithLineAndColumn) {
   }
 }
 
-TEST(Script, WhatTaktDoesNotRunIsRefused) {
+TEST(Script, WhatIsNoUrscriptIsRefused) {
   for (const char* text :
-       {"def a():\n  x = 1\nend", "def a():\n  if x > 1:\n  end\nend", "def a():\n  movej(q)\nend",
-        "def a():\n  stopj(0.1\nend", "def a():\n  stopj(nan)\nend", "stopj(1e300)", "stopj(-1e10)",
-        "def a():\n end\nend", "def 7a():\nend", "def a():\n stopj(1)", "stopj(1) stopj(2)", "while True:\n"})
+       {"def a():\n  x = \nend", "def a():\n  if x > 1:\n  end\nend", "def a():\n  movej(q)\nend",
+        "def a(x):\nend", "def a():\n  stopj(0.1\nend", "def a():\n  stopj(nan)\nend", "stopj(1e300)",
+        "stopj(-1e10)", "def a():\n end\nend", "def 7a():\nend", "def a():\n stopj(1)", "stopj(1) stopj(2)",
+        "while True:\n"})
     EXPECT_THROW(parse_program(text), ScriptError) << text;
 }
 
@@ -87,8 +102,7 @@ TEST(Script, ExternalControlIsRecognisedByItsSockets) {
   EXPECT_EQ(program.external->trajectory.port, 50003);
   EXPECT_EQ(program.external->script_command.port, 50004);
   EXPECT_FALSE(program.external->answers_cancel);
-  ASSERT_EQ(program.instructions.size(), 1U);
-  EXPECT_EQ(program.instructions[0].call.function, "textmsg");
+  EXPECT_EQ(calls_of(program.code), std::vector<std::string>{"done"});
 }
 
 std::string register_program(const std::string& float_offset, const std::string& path) {
@@ -107,10 +121,9 @@ TEST(Script, TheProgramOfRegistersIsRecognisedByItsFunctions) {
   EXPECT_EQ(program.registers->first_double, 24);
   EXPECT_EQ(program.registers->first_int, 3);
   EXPECT_EQ(program.registers->realtime_commands, (std::vector<int>{24, 9}));
-  ASSERT_EQ(program.registers->path.size(), 3U);
-  EXPECT_EQ(program.registers->path[1].call.function, "write_output_integer_register");
-  EXPECT_EQ(std::get<double>(program.registers->path[1].call.arguments.at(1)), 1.0);
-  EXPECT_EQ(program.registers->path[2].call.function, "movej");
+  EXPECT_EQ(calls_of(program.registers->path),
+            (std::vector<std::string>{"write_output_integer_register 2 1",
+                                      "movej [0, 0, 0, 0, 0, 1] 1.2 0.5 None 0.02", "path"}));
 }
 
 TEST(Script, ARegisterProgramWithoutAnOffsetOrWithAnotherPathIsRefused) {

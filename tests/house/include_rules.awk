@@ -89,7 +89,7 @@ BEGIN {
   may["client_lib/recording/"] = "idl/common/ client_lib/recording/ GENERATED"
   # Coders of protocols are functions on bytes; the gateways around them are clients with a mapping file.
   may["client_lib/gateway/rtde/"] = "client_lib/gateway/rtde/ idl/common/"
-  may["client_lib/gateway/urscript/"] = "client_lib/gateway/urscript/ idl/common/"
+  may["client_lib/gateway/urscript/"] = "client_lib/gateway/urscript/ client_lib/gateway/ur/path.h idl/common/"
   units = plant " client_lib/kinematics/ client_lib/gateway/vendor_units.h client_lib/gateway/peer_clock.h"
   may["client_lib/gateway/rsi/"] = units " client_lib/gateway/rsi/"
   may["client_lib/gateway/egm/"] = units " client_lib/gateway/egm/"

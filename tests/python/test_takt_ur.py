@@ -488,7 +488,7 @@ def test_statements_of_interpreter_mode_are_answered_and_executed_in_order(robot
     assert ask(f"movej({there}, t=0.5)") == ("ack", 1)
     assert ask(f"movej({back}, t=0.5)") == ("ack", 2)
     assert ask("no_function()")[0] == "discard"
-    assert ask("x = 1")[0] == "discard"
+    assert ask("x = y")[0] == "discard"
     assert ask("interpreter_mode()")[0] == "discard"
     assert ask("statelastinterpreted") == ("state", 2)
     rtde.wait(lambda s: abs(s["target_q"][5] - there[5]) < 1e-6)
@@ -507,6 +507,148 @@ def test_statements_of_interpreter_mode_are_answered_and_executed_in_order(robot
     assert ask("end_interpreter()") == ("ack", 6)
     assert rtde.wait(lambda s: s["runtime_state"] == 1)["target_q"] == pytest.approx((0, -1.5, 1.5, 0, 0.5, 0), abs=1e-6)
     assert ask("sleep(0.1)")[0] == "discard"
+
+
+def test_a_program_with_functions_and_a_thread_talks_on_a_socket_and_moves(robot, opened):
+    # Euclid's algorithm on numbers that the peer sends as UR's manual says: "(1071, 462)", and an int32 in network byte order.
+    _, ports, _ = robot
+    client = Rtde(opened, ports[0])
+    listener = opened(socket.create_server(("127.0.0.1", 0)))
+    listener.settimeout(PATIENCE_S)
+    q = list(client.wait(lambda s: s["runtime_state"] == 1)["target_q"])
+    primary = opened(socket.create_connection(("127.0.0.1", ports[1]), timeout=PATIENCE_S))
+    primary.sendall(f"""def asks():
+  global done = False
+  global ticks = 0
+  def gcd(a, b):
+    while b != 0:
+      local rest = a % b
+      a = b
+      b = rest
+    end
+    return a
+  end
+  thread clock():
+    while not done:
+      enter_critical
+      ticks = ticks + 1
+      exit_critical
+      sync()
+    end
+  end
+  opened = socket_open("127.0.0.1", {listener.getsockname()[1]}, "pc")
+  counting = run clock()
+  numbers = socket_read_ascii_float(2, "pc")
+  socket_send_line(gcd(numbers[1], numbers[2]), "pc")
+  answer = socket_read_binary_integer(1, "pc")
+  target = get_target_joint_positions()
+  target[5] = target[5] + answer[1] / 10
+  movej(target, t = 0.2)
+  pose = get_forward_kin(target)
+  socket_send_line(point_dist(pose, get_target_tcp_pose()) < 0.000001, "pc")
+  silent = socket_read_string("pc", timeout = 0.1)
+  socket_send_line(str_cat(str_len(silent), str_cat(" ", read_input_integer_register(0))), "pc")
+  done = True
+  join counting
+  socket_send_line(ticks > 100, "pc")
+end
+""".encode())
+    peer = opened(listener.accept()[0])
+    peer.settimeout(PATIENCE_S)
+    peer.sendall(b"(1071, 462)")
+    assert read(peer, 3) == b"21\n"
+    peer.sendall(struct.pack(">i", -2))
+    assert read(peer, 5) == b"True\n"
+    assert read(peer, 4) == b"0 0\n"
+    assert read(peer, 5) == b"True\n"
+    assert peer.recv(1) == b""
+    assert client.wait(lambda s: s["runtime_state"] == 1)["target_q"][5] == pytest.approx(q[5] - 0.2, abs=1e-6)
+
+
+def test_moves_of_a_loop_with_computed_targets_are_blended(robot, opened):
+    # Without the blend the speed is 0 at each corner.
+    _, ports, _ = robot
+    client = Rtde(opened, ports[0])
+    q = list(client.wait(lambda s: s["runtime_state"] == 1)["target_q"])
+    primary = opened(socket.create_connection(("127.0.0.1", ports[1]), timeout=PATIENCE_S))
+    primary.sendall(f"""def corners():
+  i = 1
+  while i <= 4:
+    q = {q}
+    q[0] = q[0] + 0.05 * i
+    q[1] = q[1] + 0.05 * (i % 2)
+    r = 0.01
+    if i == 4:
+      r = 0
+    end
+    movej(q, a = 3, v = 0.3, r = r)
+    i = i + 1
+  end
+end
+""".encode())
+    client.wait(lambda s: s["runtime_state"] == 2)
+    positions = []
+    client.wait(lambda s: positions.append(s["target_q"]) or s["runtime_state"] == 1)
+    assert positions[-1][0] == pytest.approx(q[0] + 0.2, abs=1e-6)
+    inside = [p[0] for p in positions if q[0] + 0.02 < p[0] < q[0] + 0.18]
+    assert min(b - a for a, b in zip(inside, inside[1:], strict=False)) > 1e-5
+
+
+def test_a_program_that_is_refused_says_where_and_why(robot, opened):
+    _, ports, gateway = robot
+    primary = opened(socket.create_connection(("127.0.0.1", ports[1]), timeout=PATIENCE_S))
+    primary.sendall(b"def a():\n  x = 1\n  modbus_get_error(\"x\")\nend\n")
+    gateway.wait_for_line("line 3, column 3: modbus_get_error is not supported by takt")
+    primary.sendall(b"def b():\n  x = [1, 2]\n  sync()\n  textmsg(x[2])\nend\n")
+    gateway.wait_for_line("line 4, column 11: index 2 is out of range; allowed: 0 to 1")
+
+
+def test_a_thread_that_moves_is_killed_and_another_one_may_not_move_beside_it(robot, opened):
+    _, ports, gateway = robot
+    client = Rtde(opened, ports[0])
+    q = list(client.wait(lambda s: s["runtime_state"] == 1)["target_q"])
+    primary = opened(socket.create_connection(("127.0.0.1", ports[1]), timeout=PATIENCE_S))
+    primary.sendall(f"""def kills():
+  q = {q}
+  q[5] = q[5] + 1
+  thread far():
+    movej(q, t = 100)
+  end
+  first = run far()
+  sleep(0.5)
+  kill first
+  sleep(0.5)
+  textmsg("the killed thread leaves the robot steady: ", is_steady())
+  second = run far()
+  sleep(0.1)
+  movej({q})
+end
+""".encode())
+    gateway.wait_for_line("the killed thread leaves the robot steady: True")
+    gateway.wait_for_line("line 14, column 3: Another thread is already controlling the robot")
+    end = client.wait(lambda s: s["runtime_state"] == 1)["target_q"][5]
+    assert q[5] < end < q[5] + 0.02
+
+
+def test_interpreter_mode_has_the_variables_and_functions_of_its_program(second, opened):
+    connect, address = second
+    rtde, interpreter, primary = Rtde(opened, 30004, address), connect(30020), connect(30001)
+
+    def ask(line):
+        interpreter.sendall(line.encode() + b"\n")
+        answer = b""
+        while not answer.endswith(b"\n"):
+            answer += read(interpreter, 1)
+        return answer.decode()
+
+    primary.sendall(b"def a():\n  def twice(x):\n    return 2 * x\n  end\n  base = 20\n  interpreter_mode()\n"
+                    b"  q = get_target_joint_positions()\n  q[5] = q[5] + base / 1000\n  movej(q, t = 0.2)\nend\n")
+    q = rtde.wait(lambda s: s["runtime_state"] == 2)["target_q"]
+    assert ask("n = base + 1").startswith("ack: 1:")
+    assert ask("base = twice(n)").startswith("ack: 2:")
+    assert ask("missing = nothing").startswith("discard: compile_error_name_not_found:nothing:")
+    assert ask("end_interpreter()").startswith("ack")
+    assert rtde.wait(lambda s: s["runtime_state"] == 1)["target_q"][5] == pytest.approx(q[5] + 0.042, abs=1e-6)
 
 
 @pytest.mark.skipif("TAKT_RTDE_PYTHON" not in os.environ, reason="TAKT_RTDE_PYTHON: folder of the vendor's Python client")

@@ -33,7 +33,7 @@ ExternalProgram::ExternalProgram(UrController& controller, const urscript::Progr
     : RunningProgram(program.name),
       controller_(controller),
       external_(*program.external),
-      rest_(controller, program) {
+      rest_(controller, program.name, program.code) {
   connect();
 }
 

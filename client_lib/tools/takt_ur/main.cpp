@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "client_lib/gateway/urscript/functions.h"
 #include "client_lib/tools/connection_options.h"
 #include "client_lib/tools/takt_ur/gateway_options.h"
 #include "idl/command_line/output.h"
@@ -53,10 +54,16 @@ int run(int argc, char** argv) {
   add(app, "IP address to listen at, in place of the mapping's");
   add(*follow, "host name or IP address of the controller");
   follow->get_option("--address")->required();
+  const CLI::App* functions =
+      app.add_subcommand("functions", "functions of URScript that programs may call (docs/urscript.md)");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
+  }
+  if (functions->parsed()) {
+    std::fputs(takt::urscript::functions_page().c_str(), stdout);
+    return 0;
   }
   options.client.timeout = takt::Seconds{timeout_s};
   try {

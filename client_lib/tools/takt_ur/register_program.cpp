@@ -6,7 +6,7 @@
 namespace takt::ur {
 namespace {
 
-using urscript::Literal;
+using urscript::Value;
 
 /// No value of a robot is larger.
 constexpr double kLargest = 1e6;
@@ -21,8 +21,8 @@ constexpr double kContactDeceleration = 3.0, kMoveDeceleration = 4.0, kJogDecele
 std::vector<double> list(const Vector6& values) {
   return {values.begin(), values.end()};
 }
-Literal pose_literal(const Vector6& values) {
-  return urscript::PoseLiteral{list(values)};
+Value pose_literal(const Vector6& values) {
+  return Value::pose(list(values));
 }
 
 }  // namespace
@@ -114,32 +114,26 @@ bool RegisterProgram::advance() {
   return true;
 }
 
-void RegisterProgram::begin(const std::vector<urscript::Instruction>& instructions, bool async) {
-  urscript::Program program;
-  program.name = name();
-  program.instructions = instructions;
-  (async ? async_run_ : run_) = std::make_unique<ScriptRun>(controller_, program);
+void RegisterProgram::begin(urscript::Code code, bool async) {
+  (async ? async_run_ : run_) = std::make_unique<ScriptRun>(controller_, name(), std::move(code));
   if (async) controller_.write_output_int(2, 0);
 }
 
-void RegisterProgram::call(const char* function, std::vector<Literal> arguments,
-                           std::map<std::string, Literal> named) {
-  urscript::Instruction instruction;
-  instruction.call = {function, std::move(arguments), std::move(named), 1, 1};
-  begin({instruction}, false);
+void RegisterProgram::call(const char* function, std::vector<Value> arguments,
+                           std::map<std::string, Value> named) {
+  begin(urscript::compile({{function, std::move(arguments), std::move(named)}}), false);
 }
 
-void RegisterProgram::begin_move(const char* function, std::vector<Literal> arguments, int options,
+void RegisterProgram::begin_move(const char* function, std::vector<Value> arguments, int options,
                                  double blend_m) {
   begin_control(Control::none);
   // A move begins at rest; one that it replaces brakes.
-  urscript::Instruction brake, move;
-  brake.call = {"stopj", {kMoveDeceleration}, {}, 1, 1};
-  move.call = {
-      function, std::move(arguments), {{"v", real(options)}, {"a", real(options + 1)}, {"r", blend_m}}, 1, 1};
+  const std::vector<urscript::Call> calls{
+      {"stopj", {kMoveDeceleration}, {}},
+      {function, std::move(arguments), {{"v", real(options)}, {"a", real(options + 1)}, {"r", blend_m}}}};
   async_run_.reset();
   const std::string f = function;
-  begin({brake, move}, f != "movec" && f != "movep" && whole(1) == 1);
+  begin(urscript::compile(calls), f != "movec" && f != "movep" && whole(1) == 1);
 }
 
 void RegisterProgram::begin_control(Control control) {
@@ -159,8 +153,8 @@ void RegisterProgram::stop(const char* function, double deceleration) {
 
 void RegisterProgram::execute(int command) {
   Motion& motion = controller_.motion();
-  const auto joints = [&] { return Literal(list(six(0))); };
-  const auto position = [&] { return Literal(pose_literal(six(0))); };
+  const auto joints = [&] { return Value(list(six(0))); };
+  const auto position = [&] { return Value(pose_literal(six(0))); };
   const auto actual_q = [&] { return controller_.outputs()["actual_q"].real; };
   switch (command) {
     case 1:
@@ -362,11 +356,10 @@ Vector6 RegisterProgram::position_before(int cycles) const {
 
 void RegisterProgram::advance_approach() {
   if (const int cycles = contact_cycles(approach_->direction); cycles > 0) {
-    urscript::Instruction brake, back;
-    brake.call = {"stopl", {kContactDeceleration}, {}, 1, 1};
-    back.call = {"movel", {list(position_before(cycles))}, {}, 1, 1};
+    const std::vector<urscript::Call> calls{{"stopl", {kContactDeceleration}, {}},
+                                            {"movel", {list(position_before(cycles))}, {}}};
     approach_.reset();
-    begin({brake, back}, false);
+    begin(urscript::compile(calls), false);
   } else {
     controller_.motion().tool_speed_command(controller_.turned(approach_->speed, false),
                                             approach_->acceleration);

@@ -27,11 +27,11 @@ class RegisterProgram final : public RunningProgram {
   void answer(int first, const Vector6& values);
   void answer(int number);
   /// A function with constant arguments, as the next thing to do.
-  void call(const char* function, std::vector<urscript::Literal> arguments,
-            std::map<std::string, urscript::Literal> named = {});
-  void begin_move(const char* function, std::vector<urscript::Literal> arguments, int options,
+  void call(const char* function, std::vector<urscript::Value> arguments,
+            std::map<std::string, urscript::Value> named = {});
+  void begin_move(const char* function, std::vector<urscript::Value> arguments, int options,
                   double blend_m = 0.0);
-  void begin(const std::vector<urscript::Instruction>& instructions, bool async);
+  void begin(urscript::Code code, bool async);
   void begin_control(Control control);
   void stop(const char* function, double deceleration);
   void execute(int command);

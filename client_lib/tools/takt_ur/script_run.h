@@ -1,65 +1,62 @@
 #pragma once
-// Runs programs of the part of URScript that takt has (client_lib/gateway/urscript/script.h).
+// Runs URScript (client_lib/gateway/urscript/interpreter.h) on the controller: its moves, waits and sockets.
 #include <filesystem>
-#include <memory>
 #include <optional>
 
+#include "client_lib/tools/takt_ur/script_sockets.h"
 #include "client_lib/tools/takt_ur/statement_queue.h"
 #include "client_lib/tools/takt_ur/ur_controller.h"
 
 namespace takt::ur {
 
-class ScriptRun final : public RunningProgram {
+class ScriptRun final : public RunningProgram, private urscript::Host {
  public:
-  ScriptRun(UrController& controller, const urscript::Program& program);
+  ScriptRun(UrController& controller, const std::string& name, urscript::Code code);
   ~ScriptRun() override;
-  bool advance() override;
+  bool advance() override { return interpreter_.advance(); }
   std::string interpret(std::string_view line) override;
-  /// It has a function that moves the robot: such a program is never a secondary one.
-  static bool moves(const urscript::Program& program);
 
  private:
-  /// Executes one call; false while it has not ended.
-  bool execute(const urscript::Call& call);
-  void begin_force_mode(const urscript::Call& call);
-  bool begin(const urscript::Call& call);
-  void wait(double seconds);
-  void begin_move(const urscript::Call& call);
-  /// From the joint positions where it begins.
-  Move move_of(const urscript::Call& call, const Vector6& near) const;
-  /// A call by its place: in interpreter mode the number of the statement, else the place among the instructions.
-  std::uint64_t place() const;
-  /// The next move, where nothing before it waits.
-  struct NextMove {
-    std::uint64_t place;
-    const urscript::Call* call;
+  /// What a thread waits for in its call.
+  struct Waiting {
+    std::string_view function;
+    bool moves = false;  ///< it has the control of the robot
+    std::uint64_t begun_cycle = 0, wake_cycle = 0;
+    bool for_motion = false, for_speed = false;
+    bool for_rest = false;  ///< before the move begins
+    std::optional<Vector6> servo_target{};
   };
-  std::optional<NextMove> next_move() const;
+
+  urscript::Outcome call(const urscript::HostCall& call) override;
+  std::optional<urscript::Value> foresee(const urscript::Function& function,
+                                         std::span<const urscript::Value> arguments) override;
+  urscript::RoutinePointer statement_ahead(std::size_t number) override { return queue_.ahead(number); }
+  void ended(std::uint64_t thread) override;
+
+  /// Begins a call that may wait; true where it is over.
+  bool begin(const urscript::HostCall& call, const CallArguments& arguments, Waiting& waiting);
+  bool is_over(const urscript::HostCall& call, const CallArguments& arguments, Waiting& waiting);
+  void take_control(std::uint64_t thread) const;
+  void wait(Waiting& waiting, double seconds) const;
+  void begin_servo(const CallArguments& arguments, Waiting& waiting);
+  void begin_speed(const CallArguments& arguments, Waiting& waiting);
+  void begin_move(const urscript::HostCall& call, const CallArguments& arguments, Waiting& waiting);
+  /// From the joint positions where it begins.
+  Move move_of(const CallArguments& arguments, const Vector6& near) const;
   /// Blends the present move into the next one, if it has a radius.
-  void blend();
-  void enter_interpreter(const urscript::Call& call);
-  /// The statements that clients append. False while one has not ended, or none is there.
-  bool advance_interpreter();
-  void leave_interpreter();
-  bool begin_socket_call(const urscript::Call& call);
-  [[noreturn]] static void fail(const urscript::Call& call, const std::string& text);
+  void blend(std::uint64_t thread);
+  urscript::Outcome interpreter_mode(const CallArguments& arguments, bool begins);
 
   UrController& controller_;
-  std::vector<urscript::Instruction> instructions_;
-  std::size_t next_ = 0;
-  bool begun_ = false;  ///< the call at next_
-  std::uint64_t wake_cycle_ = 0;
-  bool waits_for_motion_ = false, waits_for_speed_ = false;
-  std::uint64_t move_ = 0;                ///< of the motion: that of the call at next_
-  std::optional<std::uint64_t> blended_;  ///< place of the move that follows by a blend
-  StatementQueue queue_;
-  bool interprets_ = false, halted_ = false, clears_at_end_ = true;
-  std::optional<Vector6> servo_target_;  ///< of the servoj at next_
+  ScriptSockets sockets_;
+  urscript::Interpreter interpreter_;
+  std::map<std::uint64_t, Waiting> waiting_;                ///< by thread
+  std::uint64_t move_ = 0;                                  ///< of the motion: that of the present call
+  std::optional<urscript::Interpreter::Foreseen> blended_;  ///< the move that follows by a blend
   double servo_lookahead_s_ = 0.1;
-  /// Of sockets that the program opens: by name; nullptr while connecting.
-  std::map<std::string, std::shared_ptr<gateway::Connection>> sockets_;
-  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
-  bool connecting_ = false;
+
+  StatementQueue queue_;
+  bool executes_ = false, leaves_ = false, clears_at_end_ = true;
 };
 
 /// Throws urscript::ScriptError, also for a file that cannot be read.

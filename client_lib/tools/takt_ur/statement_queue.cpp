@@ -1,5 +1,7 @@
 #include "client_lib/tools/takt_ur/statement_queue.h"
 
+#include <algorithm>
+
 namespace takt::ur {
 namespace {
 
@@ -13,24 +15,35 @@ std::string discarded(std::string_view line, std::string_view reason) {
   return "discard: " + std::string(reason) + ": " + std::string(line);
 }
 
-std::string StatementQueue::answer(std::string_view line) {
+std::string StatementQueue::answer(std::string_view line, urscript::Symbols& symbols) {
   if (line == "statelastinterpreted") return reply("state", last_interpreted_, line);
   if (line == "statelastexecuted") return reply("state", last_executed_, line);
   if (line == "statelastcleared") return reply("state", last_cleared_, line);
   if (line == "stateunexecuted") return reply("state", waiting(), line);
   if (statements_.size() >= kMostStatements) return discarded(line, "too many statements wait");
-  urscript::Program program;
+  urscript::RoutinePointer routine;
   try {
-    program = urscript::parse_program(line);
+    routine = urscript::compile_statement(line, symbols);
   } catch (const urscript::ScriptError& error) {
     return discarded(line, error.what());
   }
-  if (!program.name.empty() || program.instructions.size() != 1)
-    return discarded(line, "allowed: one call in a line");
-  urscript::Call& call = program.instructions.front().call;
-  if (call.function == "interpreter_mode") return discarded(line, "the program is in interpreter mode");
-  statements_.push_back({++last_interpreted_, std::move(call)});
+  const auto enters = [](const urscript::Op& op) {
+    return op.code == urscript::Op::Code::native &&
+           urscript::functions()[static_cast<std::size_t>(op.a)].name == "interpreter_mode";
+  };
+  if (std::any_of(routine->ops.begin(), routine->ops.end(), enters))
+    return discarded(line, "the program is in interpreter mode");
+  statements_.push_back({++last_interpreted_, std::move(routine)});
   return reply("ack", last_interpreted_, line);
+}
+
+urscript::RoutinePointer StatementQueue::begin() {
+  last_executed_ = statements_.front().id;
+  return statements_.front().routine;
+}
+
+urscript::RoutinePointer StatementQueue::ahead(std::size_t number) const {
+  return number + 1 < statements_.size() ? statements_[number + 1].routine : nullptr;
 }
 
 std::size_t StatementQueue::waiting() const {

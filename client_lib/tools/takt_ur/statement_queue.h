@@ -2,7 +2,7 @@
 // Statements of URScript's interpreter mode: a program that calls interpreter_mode() executes what clients of the
 // interpreter interface (TCP 30020) append to it, in order. Each line has one reply:
 //
-//   ack: 7: movej([0, -1.5, 1.5, 0, 0, 0])     accepted as statement 7
+//   ack: 7: x = 2                                accepted as statement 7
 //   discard: compile_error_name_not_found:f:: f()
 //   state: 7: statelastexecuted                 the state commands
 #include <cstdint>
@@ -21,16 +21,15 @@ class StatementQueue {
  public:
   /// Statements that wait; a client that sends more is answered with discard.
   static constexpr std::size_t kMostStatements = 10'000;
-  struct Statement {
-    std::uint64_t id;
-    urscript::Call call;
-  };
 
-  /// Takes a statement, or answers a state command. `abort` and `skipbuffer` belong to the caller.
-  std::string answer(std::string_view line);
-  const std::deque<Statement>& statements() const { return statements_; }
+  /// Takes a statement of a program with these names, or answers a state command. `abort` and `skipbuffer` belong to the
+  /// caller.
+  std::string answer(std::string_view line, urscript::Symbols& symbols);
+  bool is_empty() const { return statements_.empty(); }
   /// The first statement is executed from now on.
-  void begin() { last_executed_ = statements_.front().id; }
+  urscript::RoutinePointer begin();
+  /// The statement that follows the one that is executed by so many; nullptr: there is none.
+  urscript::RoutinePointer ahead(std::size_t number) const;
   /// It has ended.
   void pop() { statements_.pop_front(); }
   /// Removes statements that have not begun.
@@ -41,6 +40,10 @@ class StatementQueue {
   void clear_all();
 
  private:
+  struct Statement {
+    std::uint64_t id;
+    urscript::RoutinePointer routine;
+  };
   std::size_t waiting() const;
 
   std::deque<Statement> statements_;

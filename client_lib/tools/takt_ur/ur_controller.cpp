@@ -249,11 +249,11 @@ void UrController::run(const std::string& text) {
     fail("", error);
     return;
   }
-  if (program.instructions.empty() && !program.external && !program.registers) return;
+  if (program.code.is_empty() && !program.external && !program.registers) return;
   const bool secondary = program.secondary || program.name.empty();
   if (program.name.empty()) program.name = "unnamed";
-  if (secondary && !ScriptRun::moves(program)) {
-    secondary_.push_back(std::make_unique<ScriptRun>(*this, program));
+  if (secondary && !program.code.moves) {
+    secondary_.push_back(std::make_unique<ScriptRun>(*this, program.name, std::move(program.code)));
     return;
   }
   if (robot_mode_ != RobotMode::running || safety_mode_ != SafetyMode::normal) {
@@ -266,7 +266,7 @@ void UrController::run(const std::string& text) {
   else if (program.registers)
     start(std::make_unique<RegisterProgram>(*this, program));
   else
-    start(std::make_unique<ScriptRun>(*this, program));
+    start(std::make_unique<ScriptRun>(*this, program.name, std::move(program.code)));
 }
 
 void UrController::start(std::unique_ptr<RunningProgram> program) {
@@ -418,7 +418,8 @@ bool UrController::play(const std::string& dashboard_client) {
     if (program.name != loaded_) continue;
     if (!program.script.empty()) {
       try {
-        start(std::make_unique<ScriptRun>(*this, read_script(program.script, program.name)));
+        start(
+            std::make_unique<ScriptRun>(*this, program.name, read_script(program.script, program.name).code));
       } catch (const urscript::ScriptError& error) {
         fail(program.name, error);
         return false;

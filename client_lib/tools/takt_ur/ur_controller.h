@@ -135,6 +135,21 @@ class UrController final : public rtde::DashboardRobot {
   std::uint64_t written_cycle(std::string_view input) const {
     return written_cycles_.at(*inputs_.find(input));
   }
+  const Motion& motion() const { return motion_; }
+  const Vector6& actual_position() const { return actual_q_; }
+  const Vector6& actual_velocity() const { return actual_qd_; }
+  const Vector6& actual_effort() const { return actual_effort_; }
+  const Vector6& target_position() const { return target_q_; }
+  const Vector6& target_velocity() const { return target_qd_; }
+  /// Bits: 0..7 standard, 8..15 configurable, 16..17 tool.
+  std::uint64_t digital_inputs() const { return digital_inputs_; }
+  std::uint64_t digital_outputs() const { return digital_outputs_; }
+  /// 0..1 standard, 2..3 tool.
+  double analog_input(int number) const {
+    const auto n = static_cast<std::size_t>(number);
+    return n < 2 ? analog_inputs_.at(n) : tool_analog_inputs_.at(n - 2);
+  }
+  double analog_output(int number) const { return analog_outputs_.at(static_cast<std::size_t>(number)); }
   /// Contact force at the TCP in the protocol's base: N, N m; zero without a tool.
   const Vector6& contact_force() const { return contact_force_; }
   /// A robot that is not paused, with power, in a cell that plays.

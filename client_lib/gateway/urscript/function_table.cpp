@@ -1,0 +1,301 @@
+#include <algorithm>
+#include <array>
+#include <map>
+
+#include "client_lib/gateway/urscript/functions.h"
+
+namespace takt::urscript {
+namespace {
+
+using enum Function::Kind;
+
+constexpr std::string_view kNoTorque =
+    "the drives of takt's robots follow set-points; force_mode makes them compliant";
+constexpr std::string_view kNoModbus = "takt has no Modbus client in URScript; takt-modbus is a server";
+constexpr std::string_view kNoRpc = "remote calls have no counterpart; sockets are allowed";
+constexpr std::string_view kNoConveyor =
+    "conveyor tracking is not simulated; speedl and servoj follow a signal";
+constexpr std::string_view kNoHistory = "the history of positions is not kept";
+constexpr std::string_view kNoPower = "power and modes are commanded over the dashboard";
+constexpr std::string_view kNoEffect =
+    "accepted without an effect, since programs of PolyScope begin with it";
+constexpr std::string_view kNoPath = "tool paths are not supported; movep runs each point";
+
+constexpr Function kFunctions[] = {
+    {"movej", "q, a=1.4, v=1.05, t=0, r=0", moves, "straight in joint space to joint positions or a pose"},
+    {"movel", "pose, a=1.2, v=0.25, t=0, r=0", moves, "straight line of the TCP"},
+    {"movep", "pose, a=1.2, v=0.25, r=0", moves, "line of the TCP at constant speed"},
+    {"movec", "pose_via, pose_to, a=1.2, v=0.25, r=0, mode=0", moves, "arc of the TCP"},
+    {"servoj", "q, a=0, v=0, t=0.002, lookahead_time=0.1, gain=300", moves,
+     "follows joint positions for t seconds"},
+    {"speedj", "qd, a=1.4, t=0", moves, "joint speeds, for t seconds or until they are reached"},
+    {"speedl", "xd, a=1.2, t=0, aRot=0", moves, "speed of the TCP, in the same way"},
+    {"stopj", "a=4", moves, "brakes in joint space"},
+    {"stopl", "a=4, aRot=0", moves, "brakes"},
+    {"force_mode", "task_frame, selection_vector, wrench, type, limits", moves,
+     "compliance with wanted forces"},
+    {"end_force_mode", "", sets, "ends it"},
+    {"force_mode_set_damping", "damping", sets, "of the next force_mode"},
+    {"force_mode_set_gain_scaling", "scaling", sets, "of the next force_mode"},
+    {"freedrive_mode", "freeAxes=[1,1,1,1,1,1], feature=p[0,0,0,0,0,0]", moves, "compliance in all axes"},
+    {"end_freedrive_mode", "", sets, "ends it"},
+    {"teach_mode", "", moves, "as freedrive_mode"},
+    {"end_teach_mode", "", sets, "ends it"},
+    {"interpreter_mode", "clearQueueOnEnter=True, clearOnEnd=True", moves,
+     "executes what clients of port 30020 send"},
+    {"end_interpreter", "", acts, "leaves interpreter mode"},
+    {"clear_interpreter", "", acts, "forgets statements that were interpreted"},
+
+    {"sleep", "t", acts, "waits"},
+    {"sync", "", acts, "waits for the next cycle"},
+    {"textmsg", "s1, s2=\"\"", sets, "a text for log and primary clients"},
+    {"popup", "s, title=\"Popup\", warning=False, error=False, blocking=False", acts,
+     "as textmsg; waits for nothing"},
+    {"protective_stop", "", acts, "stops the robot"},
+    {"set_tcp", "pose, tcp_name=\"\"", acts, "the TCP in the flange"},
+    {"set_payload", "m, cog=[0,0,0]", sets, "mass and its center"},
+    {"set_target_payload", "m, cog=[0,0,0], inertia=[0,0,0,0,0,0], transition_time=0", sets,
+     "the same with inertia"},
+    {"set_payload_mass", "m", sets, "mass alone"},
+    {"set_payload_cog", "CoG", sets, "center alone"},
+    {"set_gravity", "d", acts, "direction of gravity"},
+    {"zero_ftsensor", "", acts, "the present force becomes zero"},
+
+    {"set_standard_digital_out", "n, b", sets, "output 0 to 7"},
+    {"set_configurable_digital_out", "n, b", sets, "output 0 to 7"},
+    {"set_tool_digital_out", "n, b", sets, "output 0 or 1"},
+    {"set_digital_out", "n, b", sets, "outputs 0 to 17 in this order; also digital_out[N] = True"},
+    {"set_standard_analog_out", "n, f", sets, "output 0 or 1, fraction of its range"},
+    {"set_analog_out", "n, f", sets, "the same"},
+    {"set_tool_voltage", "voltage", sets, "0, 12 or 24"},
+    {"set_standard_analog_input_domain", "port, domain", ignored, kNoEffect},
+    {"set_tool_analog_input_domain", "port, domain", ignored, kNoEffect},
+    {"set_analog_outputdomain", "port, domain", ignored, kNoEffect},
+    {"set_input_actions_to_default", "", ignored, kNoEffect},
+    {"set_tool_output_mode", "mode", ignored, kNoEffect},
+    {"set_tool_digital_output_mode", "n, mode", ignored, kNoEffect},
+    {"set_tool_communication", "enabled, baud_rate, parity, stop_bits, rx_idle_chars, tx_idle_chars", ignored,
+     kNoEffect},
+    {"set_safety_mode_transition_hardness", "type", ignored, kNoEffect},
+    {"get_standard_digital_in", "n", reads, "input 0 to 7"},
+    {"get_configurable_digital_in", "n", reads, "input 0 to 7"},
+    {"get_tool_digital_in", "n", reads, "input 0 or 1"},
+    {"get_digital_in", "n", reads, "inputs 0 to 17 in this order"},
+    {"get_standard_digital_out", "n", reads, "output 0 to 7"},
+    {"get_configurable_digital_out", "n", reads, "output 0 to 7"},
+    {"get_tool_digital_out", "n", reads, "output 0 or 1"},
+    {"get_digital_out", "n", reads, "outputs 0 to 17 in this order"},
+    {"get_standard_analog_in", "n", reads, "input 0 or 1"},
+    {"get_analog_in", "n", reads, "inputs 0 and 1, of the tool 2 and 3"},
+    {"get_tool_analog_in", "n", reads, "input 0 or 1"},
+    {"get_standard_analog_out", "n", reads, "output 0 or 1"},
+    {"read_input_boolean_register", "address", reads, "RTDE register 0 to 127"},
+    {"read_input_integer_register", "address", reads, "RTDE register 0 to 47"},
+    {"read_input_float_register", "address", reads, "RTDE register 0 to 47"},
+    {"read_output_boolean_register", "address", reads, "RTDE register 0 to 127"},
+    {"read_output_integer_register", "address", reads, "RTDE register 0 to 47"},
+    {"read_output_float_register", "address", reads, "RTDE register 0 to 47"},
+    {"write_output_boolean_register", "address, value", sets, "RTDE register 0 to 127"},
+    {"write_output_integer_register", "address, value", sets, "RTDE register 0 to 47"},
+    {"write_output_float_register", "address, value", sets, "RTDE register 0 to 47"},
+
+    {"get_actual_joint_positions", "", reads, "rad"},
+    {"get_joint_positions", "", reads, "the same"},
+    {"get_target_joint_positions", "", reads, "rad, of the controller"},
+    {"get_actual_joint_speeds", "", reads, "rad/s"},
+    {"get_joint_speeds", "", reads, "the same"},
+    {"get_target_joint_speeds", "", reads, "rad/s, of the controller"},
+    {"get_target_joint_accelerations", "", reads, "rad/s^2"},
+    {"get_actual_tcp_pose", "", reads, "pose of the TCP"},
+    {"get_target_tcp_pose", "", reads, "pose of the TCP, of the controller"},
+    {"get_actual_tcp_speed", "", reads, "m/s, rad/s"},
+    {"get_target_tcp_speed", "", reads, "m/s, rad/s, of the controller"},
+    {"get_tcp_force", "", reads, "N, N m"},
+    {"force", "", reads, "size of the force at the TCP"},
+    {"get_tcp_offset", "", reads, "the TCP in the flange"},
+    {"get_joint_torques", "", reads, "N m"},
+    {"get_target_payload", "", reads, "kg"},
+    {"get_target_payload_cog", "", reads, "m"},
+    {"get_target_payload_inertia", "", reads, "kg m^2"},
+    {"get_steptime", "", computes, "0.002"},
+    {"is_steady", "", reads, "the robot is at rest"},
+    {"get_forward_kin", "q=here, tcp=active", solves, "pose of the TCP at joint positions"},
+    {"get_inverse_kin", "x, qnear=here, maxPositionError=1e-10, maxOrientationError=1e-10, tcp=active",
+     solves, "joint positions of a pose"},
+    {"get_inverse_kin_has_solution",
+     "x, qnear=here, maxPositionError=1e-10, maxOrientationError=1e-10, tcp=active", solves,
+     "there are such positions"},
+    {"is_within_safety_limits", "pose", solves, "a pose or joint positions can be reached"},
+
+    {"socket_open", "address, port, socket_name=\"socket_0\"", acts, "connects; True where it succeeds"},
+    {"socket_close", "socket_name=\"socket_0\"", acts, "closes"},
+    {"socket_send_string", "str, socket_name=\"socket_0\"", acts, "sends a text"},
+    {"socket_send_line", "str, socket_name=\"socket_0\"", acts, "sends a text and an end of line"},
+    {"socket_send_int", "value, socket_name=\"socket_0\"", acts, "sends 4 bytes"},
+    {"socket_send_byte", "value, socket_name=\"socket_0\"", acts, "sends a byte"},
+    {"socket_set_var", "name, value, socket_name=\"socket_0\"", acts, "sends set NAME VALUE"},
+    {"socket_get_var", "name, socket_name=\"socket_0\"", acts, "sends get NAME, reads an integer"},
+    {"socket_read_string",
+     "socket_name=\"socket_0\", prefix=\"\", suffix=\"\", interpret_escape=False, timeout=2", acts,
+     "reads a text; empty after the timeout"},
+    {"socket_read_line", "socket_name=\"socket_0\", timeout=2", acts, "reads a line"},
+    {"socket_read_ascii_float", "number, socket_name=\"socket_0\", timeout=2", acts,
+     "reads (1.5, 2); their count comes first, 0 after the timeout"},
+    {"socket_read_binary_integer", "number, socket_name=\"socket_0\", timeout=2", acts,
+     "reads 4 bytes each, in the same way"},
+    {"socket_read_byte_list", "number, socket_name=\"socket_0\", timeout=2", acts,
+     "reads bytes, in the same way"},
+
+    {"sin", "f", computes, "sine"},
+    {"cos", "f", computes, "cosine"},
+    {"tan", "f", computes, "tangent"},
+    {"asin", "f", computes, "arc sine"},
+    {"acos", "f", computes, "arc cosine"},
+    {"atan", "f", computes, "arc tangent"},
+    {"atan2", "x, y", computes, "arc tangent of x/y in all quadrants"},
+    {"sqrt", "f", computes, "square root"},
+    {"pow", "base, exponent", computes, "power"},
+    {"log", "b, f", computes, "logarithm of f to base b"},
+    {"floor", "f", computes, "integer that is not larger"},
+    {"ceil", "f", computes, "integer that is not smaller"},
+    {"d2r", "d", computes, "degrees to radians"},
+    {"r2d", "r", computes, "radians to degrees"},
+    {"norm", "a", computes, "magnitude of a number or list"},
+    {"length", "v", computes, "elements of a list, bytes of a text"},
+    {"get_list_length", "v", computes, "the same"},
+    {"normalize", "v", computes, "list with the norm 1"},
+    {"size", "v", computes, "the same; [rows, columns] of a matrix"},
+    {"transpose", "m", computes, "of a matrix"},
+    {"inv", "m", computes, "inverse of a square matrix or a pose"},
+    {"make_list", "length, initial_value, capacity=length", computes, "list of equal elements"},
+    {"pose_trans", "p_from, p_from_to", computes, "p_from_to in the frame p_from"},
+    {"pose_inv", "p_from", computes, "inverse"},
+    {"pose_add", "p_1, p_2", computes, "sum of positions, product of rotations"},
+    {"pose_sub", "p_to, p_from", computes, "what pose_add adds to p_from"},
+    {"pose_dist", "p_from, p_to", computes, "magnitude of pose_sub"},
+    {"point_dist", "p_from, p_to", computes, "distance of positions"},
+    {"interpolate_pose", "p_from, p_to, alpha", computes, "pose between two"},
+    {"wrench_trans", "T_from_to, w_from", computes, "wrench in another frame"},
+    {"rpy2rotvec", "rpy", computes, "roll, pitch, yaw to rotation vector"},
+    {"rotvec2rpy", "rotation_vector", computes, "and back"},
+    {"str_cat", "op1, op2", computes, "joins two texts"},
+    {"str_at", "src, index", computes, "one byte"},
+    {"str_sub", "src, index, len=rest", computes, "a part"},
+    {"str_find", "src, target, start_from=0", computes, "where it begins; -1: nowhere"},
+    {"str_len", "str", computes, "bytes"},
+    {"str_empty", "str", computes, "it has none"},
+    {"to_str", "val", computes, "text of a value"},
+    {"to_num", "str", computes, "number in a text"},
+    {"integer_to_binary_list", "x", computes, "32 values, the lowest bit first"},
+    {"binary_list_to_integer", "l", computes, "and back"},
+
+    {"direct_torque", "*", refused, kNoTorque},
+    {"torque_command", "*", refused, kNoTorque},
+    {"get_mass_matrix", "*", refused, kNoTorque},
+    {"get_jacobian", "*", refused, kNoTorque},
+    {"get_jacobian_time_derivative", "*", refused, kNoTorque},
+    {"get_coriolis_and_centrifugal_torques", "*", refused, kNoTorque},
+    {"modbus_add_signal", "*", refused, kNoModbus},
+    {"modbus_add_rw_signal", "*", refused, kNoModbus},
+    {"modbus_delete_signal", "*", refused, kNoModbus},
+    {"modbus_get_error", "*", refused, kNoModbus},
+    {"modbus_get_signal_status", "*", refused, kNoModbus},
+    {"modbus_send_custom_command", "*", refused, kNoModbus},
+    {"modbus_set_output_register", "*", refused, kNoModbus},
+    {"modbus_set_output_signal", "*", refused, kNoModbus},
+    {"modbus_set_signal_update_frequency", "*", refused, kNoModbus},
+    {"rpc_factory", "*", refused, kNoRpc},
+    {"eip_writer_factory", "*", refused, kNoRpc},
+    {"eip_reader_factory", "*", refused, kNoRpc},
+    {"track_conveyor_linear", "*", refused, kNoConveyor},
+    {"track_conveyor_circular", "*", refused, kNoConveyor},
+    {"stop_conveyor_tracking", "*", refused, kNoConveyor},
+    {"set_conveyor_tick_count", "*", refused, kNoConveyor},
+    {"get_conveyor_tick_count", "*", refused, kNoConveyor},
+    {"encoder_get_tick_count", "*", refused, kNoConveyor},
+    {"encoder_set_tick_count", "*", refused, kNoConveyor},
+    {"encoder_enable_pulse_decode", "*", refused, kNoConveyor},
+    {"encoder_enable_set_tick_count", "*", refused, kNoConveyor},
+    {"encoder_unwind_delta_tick_count", "*", refused, kNoConveyor},
+    {"get_actual_joint_positions_history", "*", refused, kNoHistory},
+    {"tool_contact", "*", refused, kNoHistory},
+    {"powerdown", "*", refused, kNoPower},
+    {"path_offset_enable", "*", refused, kNoPath},
+    {"mc_initialize", "*", refused, kNoPath},
+    {"mc_load_path", "*", refused, kNoPath},
+    {"mc_run_motion", "*", refused, kNoPath},
+    {"optimovej", "*", refused, "movej with a and v is allowed"},
+    {"optimovel", "*", refused, "movel with a and v is allowed"},
+    {"servoc", "*", refused, "servoj and movec are allowed"},
+    {"random", "*", refused, "a run is repeated bit for bit; a sequence of the program's own is allowed"},
+};
+
+Signature parsed(std::string_view parameters) {
+  Signature signature;
+  int depth = 0;
+  bool named = false;
+  std::size_t begin = 0;
+  for (std::size_t i = 0; i <= parameters.size(); ++i) {
+    const char c = i < parameters.size() ? parameters[i] : ',';
+    if (c == '[') ++depth;
+    if (c == ']') --depth;
+    if (depth > 0 || (c != ',' && c != '=')) continue;
+    if (!named && i > begin) {
+      signature.names.push_back(parameters.substr(begin, i - begin));
+      if (c == ',') signature.required = signature.names.size();
+    }
+    named = c == '=';
+    if (c == ',') {
+      begin = i + 1;
+      while (begin < parameters.size() && parameters[begin] == ' ') ++begin;
+    }
+  }
+  return signature;
+}
+
+using Signatures = std::map<std::string_view, std::pair<const Function*, Signature>>;
+const Signatures& index() {
+  static const Signatures all = [] {
+    Signatures made;
+    for (const Function& function : kFunctions)
+      made[function.name] = {&function, parsed(function.parameters)};
+    return made;
+  }();
+  return all;
+}
+
+}  // namespace
+
+std::span<const Function> functions() {
+  return kFunctions;
+}
+
+const Function* find_function(std::string_view name) {
+  const auto found = index().find(name);
+  return found == index().end() ? nullptr : found->second.first;
+}
+
+const Signature& signature_of(const Function& function) {
+  return index().at(function.name).second;
+}
+
+std::string functions_page() {
+  std::string page =
+      "# Functions of URScript in takt-ur\n\n"
+      "`takt-ur functions` writes this page. Parameters with `=` may be left out; all may be given by "
+      "name.\n\n"
+      "| function | what it does |\n|---|---|\n";
+  std::string refusals =
+      "\nA program that calls one of these is refused before it starts, with line and column:\n\n| function "
+      "| reason |\n|---|---|\n";
+  for (const Function& function : kFunctions) {
+    const bool is_refused = function.kind == refused;
+    std::string& table = is_refused ? refusals : page;
+    table += "| `" + std::string(function.name);
+    if (!is_refused) table += "(" + std::string(function.parameters) + ")";
+    table += "` | " + std::string(function.does) + " |\n";
+  }
+  return page + refusals;
+}
+
+}  // namespace takt::urscript

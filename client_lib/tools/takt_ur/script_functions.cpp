@@ -1,0 +1,282 @@
+#include "client_lib/tools/takt_ur/script_functions.h"
+
+#include <algorithm>
+#include <functional>
+#include <map>
+
+namespace takt::ur {
+namespace {
+
+using urscript::Value;
+
+constexpr double kFullScale_V = 10.0;
+
+struct Reading {
+  const UrController& controller;
+  const CallArguments& arguments;
+  const Vector6& near;
+};
+
+bool bit(std::uint64_t bits, int number) {
+  return (bits >> static_cast<unsigned>(number) & 1U) != 0;
+}
+
+Value digital(const Reading& r, std::uint64_t bits, int first, int most) {
+  return bit(bits, first + r.arguments.whole(0, most));
+}
+
+Value tcp_pose(const UrController& c, const Vector6& q) {
+  return pose_value(vector_of(c.to_base(c.motion().tool_pose(q))));
+}
+
+Value tcp_speed(const UrController& c, const Vector6& q, const Vector6& qd) {
+  return list_value(c.turned(c.motion().tool_speed(q, qd), true));
+}
+
+Value boolean_register(const rtde::Table& table, const std::string& side, int number) {
+  if (number >= 64) return table[side + "_bit_register_" + std::to_string(number)].whole[0] != 0;
+  const auto bits = static_cast<std::uint64_t>(
+      table[side + (number < 32 ? "_bit_registers0_to_31" : "_bit_registers32_to_63")].whole[0]);
+  return bit(bits, number % 32);
+}
+
+Value register_of(const Reading& r, bool is_input, std::string_view type) {
+  const std::string side = is_input ? "input" : "output";
+  const rtde::Table& table = is_input ? r.controller.inputs() : r.controller.outputs();
+  if (type == "bit") return boolean_register(table, side, r.arguments.whole(0, 127));
+  const rtde::Value& value =
+      table[side + "_" + std::string(type) + "_register_" + std::to_string(r.arguments.whole(0, 47))];
+  if (type == "int") return Value::whole(static_cast<double>(value.whole[0]));
+  if (!std::isfinite(value.real[0])) throw urscript::ValueError("the register holds no finite number");
+  return value.real[0];
+}
+
+/// The pose of the active TCP at joint positions where the given one is at `X_RT`.
+Pose for_active_tcp(const Reading& r, const Pose& X_RT, std::size_t tcp) {
+  if (!r.arguments.given(tcp)) return X_RT;
+  return X_RT * pose_of(r.arguments.pose(tcp)).inverse() * r.controller.motion().tool();
+}
+
+std::optional<Vector6> inverse(const Reading& r) {
+  const Pose X_RT = for_active_tcp(r, r.controller.from_base(pose_of(r.arguments.pose(0))), 4);
+  return r.controller.motion().inverse_kinematics(X_RT,
+                                                  r.arguments.given(1) ? r.arguments.joints(1) : r.near);
+}
+
+Value forward(const Reading& r) {
+  const UrController& c = r.controller;
+  const Vector6 q = r.arguments.given(0) ? r.arguments.joints(0) : c.actual_position();
+  Pose X_RT = c.motion().tool_pose(q);
+  if (r.arguments.given(1)) X_RT = X_RT * c.motion().tool().inverse() * pose_of(r.arguments.pose(1));
+  return pose_value(vector_of(c.to_base(X_RT)));
+}
+
+Value within_limits(const Reading& r) {
+  const Motion& motion = r.controller.motion();
+  if (r.arguments[0].list() != nullptr) return motion.within_limits(r.arguments.joints(0));
+  const auto q = motion.inverse_kinematics(r.controller.from_base(pose_of(r.arguments.pose(0))), r.near);
+  return q.has_value() && motion.within_limits(*q);
+}
+
+using Reader = std::function<Value(const Reading&)>;
+const std::map<std::string_view, Reader>& readers() {
+  using R = const Reading&;
+  static const std::map<std::string_view, Reader> all{
+      {"get_standard_digital_in", [](R r) { return digital(r, r.controller.digital_inputs(), 0, 7); }},
+      {"get_configurable_digital_in", [](R r) { return digital(r, r.controller.digital_inputs(), 8, 7); }},
+      {"get_tool_digital_in", [](R r) { return digital(r, r.controller.digital_inputs(), 16, 1); }},
+      {"get_digital_in", [](R r) { return digital(r, r.controller.digital_inputs(), 0, 17); }},
+      {"get_standard_digital_out", [](R r) { return digital(r, r.controller.digital_outputs(), 0, 7); }},
+      {"get_configurable_digital_out", [](R r) { return digital(r, r.controller.digital_outputs(), 8, 7); }},
+      {"get_tool_digital_out", [](R r) { return digital(r, r.controller.digital_outputs(), 16, 1); }},
+      {"get_digital_out", [](R r) { return digital(r, r.controller.digital_outputs(), 0, 17); }},
+      {"get_standard_analog_in", [](R r) { return r.controller.analog_input(r.arguments.whole(0, 1)); }},
+      {"get_analog_in", [](R r) { return r.controller.analog_input(r.arguments.whole(0, 3)); }},
+      {"get_tool_analog_in", [](R r) { return r.controller.analog_input(2 + r.arguments.whole(0, 1)); }},
+      {"get_standard_analog_out",
+       [](R r) { return r.controller.analog_output(r.arguments.whole(0, 1)) / kFullScale_V; }},
+      {"read_input_boolean_register", [](R r) { return register_of(r, true, "bit"); }},
+      {"read_input_integer_register", [](R r) { return register_of(r, true, "int"); }},
+      {"read_input_float_register", [](R r) { return register_of(r, true, "double"); }},
+      {"read_output_boolean_register", [](R r) { return register_of(r, false, "bit"); }},
+      {"read_output_integer_register", [](R r) { return register_of(r, false, "int"); }},
+      {"read_output_float_register", [](R r) { return register_of(r, false, "double"); }},
+      {"get_actual_joint_positions", [](R r) { return list_value(r.controller.actual_position()); }},
+      {"get_joint_positions", [](R r) { return list_value(r.controller.actual_position()); }},
+      {"get_target_joint_positions", [](R r) { return list_value(r.controller.target_position()); }},
+      {"get_actual_joint_speeds", [](R r) { return list_value(r.controller.actual_velocity()); }},
+      {"get_joint_speeds", [](R r) { return list_value(r.controller.actual_velocity()); }},
+      {"get_target_joint_speeds", [](R r) { return list_value(r.controller.target_velocity()); }},
+      {"get_target_joint_accelerations",
+       [](R r) { return list_value(r.controller.motion().acceleration()); }},
+      {"get_actual_tcp_pose", [](R r) { return tcp_pose(r.controller, r.controller.actual_position()); }},
+      {"get_target_tcp_pose", [](R r) { return tcp_pose(r.controller, r.controller.target_position()); }},
+      {"get_actual_tcp_speed",
+       [](R r) {
+         return tcp_speed(r.controller, r.controller.actual_position(), r.controller.actual_velocity());
+       }},
+      {"get_target_tcp_speed",
+       [](R r) {
+         return tcp_speed(r.controller, r.controller.target_position(), r.controller.target_velocity());
+       }},
+      {"get_tcp_force", [](R r) { return list_value(r.controller.contact_force()); }},
+      {"force",
+       [](R r) {
+         const Vector6& f = r.controller.contact_force();
+         return Value(std::hypot(f[0], f[1], f[2]));
+       }},
+      {"get_tcp_offset", [](R r) { return pose_value(r.controller.tcp_offset()); }},
+      {"get_joint_torques", [](R r) { return list_value(r.controller.actual_effort()); }},
+      {"get_target_payload", [](R r) { return Value(r.controller.payload().mass_kg); }},
+      {"get_target_payload_cog",
+       [](R r) {
+         const auto& cog = r.controller.payload().center_of_gravity_m;
+         return Value(std::vector<double>(cog.begin(), cog.end()));
+       }},
+      {"get_target_payload_inertia", [](R r) { return list_value(r.controller.payload().inertia_kg_m2); }},
+      {"is_steady",
+       [](R r) { return Value(r.controller.motion().at_rest() && !r.controller.motion().follows()); }},
+      {"get_forward_kin", forward},
+      {"get_inverse_kin",
+       [](R r) {
+         const auto q = inverse(r);
+         if (!q) throw urscript::ValueError("getInverseKin: unable to find solution!");
+         return list_value(*q);
+       }},
+      {"get_inverse_kin_has_solution", [](R r) { return Value(inverse(r).has_value()); }},
+      {"is_within_safety_limits", within_limits},
+  };
+  return all;
+}
+
+// --- what functions set ---
+
+using Setter = std::function<void(UrController&, const CallArguments&)>;
+using A = const CallArguments&;
+
+Setter digital_output(int first, int most) {
+  return [first, most](UrController& c, A a) {
+    const int number = a.whole(0, most);
+    c.set_digital_output(first + number, a.flag(1));
+  };
+}
+
+void set_payload(UrController& c, A a) {
+  Payload payload{a.number(0)};
+  if (a.given(1)) {
+    const auto cog = a.numbers(1, 3);
+    std::copy(cog.begin(), cog.end(), payload.center_of_gravity_m.begin());
+  }
+  if (a.function() == "set_target_payload" && a.given(2)) payload.inertia_kg_m2 = a.six(2);
+  c.set_payload(payload);
+}
+
+void set_part_of_payload(UrController& c, A a) {
+  Payload payload = c.payload();
+  if (a.function() == "set_payload_mass") {
+    payload.mass_kg = a.number(0);
+  } else {
+    const auto cog = a.numbers(0, 3);
+    std::copy(cog.begin(), cog.end(), payload.center_of_gravity_m.begin());
+  }
+  c.set_payload(payload);
+}
+
+void set_force_mode_option(UrController& c, A a) {
+  ForceModeOptions next = c.next_force_mode();
+  (a.function() == "force_mode_set_damping" ? next.damping : next.gain) = a.number(0);
+  if (const std::string problem = problem_of(next); !problem.empty()) throw urscript::ValueError(problem);
+  c.next_force_mode() = next;
+}
+
+void begin_force_mode(UrController& c, A a) {
+  ForceModeOptions options = c.next_force_mode();
+  options.X_RK = c.from_base(pose_of(a.pose(0)));
+  const Vector6 selection = a.six(1);
+  options.wrench = a.six(2);
+  options.type = force_mode_type(a.number(3));
+  options.speed_limit = a.six(4);
+  for (std::size_t i = 0; i < selection.size(); ++i) options.compliant.at(i) = selection.at(i) != 0.0;
+  c.start_force_mode(options);
+}
+
+const std::map<std::string_view, Setter>& setters() {
+  static const Setter end_force = [](UrController& c, A) { c.end_force_mode(); };
+  static const Setter freedrive = [](UrController& c, A) { c.start_freedrive(); };
+  static const Setter analog = [](UrController& c, A a) { c.set_analog_output(a.whole(0, 1), a.number(1)); };
+  static const std::map<std::string_view, Setter> all{
+      {"textmsg", [](UrController& c, A a) { c.text(text_of(a[0]) + (a.given(1) ? text_of(a[1]) : "")); }},
+      {"popup", [](UrController& c, A a) { c.text(text_of(a[0])); }},
+      {"protective_stop", [](UrController& c, A) { c.protective_stop("a program has asked for it"); }},
+      {"set_tcp", [](UrController& c, A a) { c.set_tcp(a.pose(0)); }},
+      {"set_payload", set_payload},
+      {"set_target_payload", set_payload},
+      {"set_payload_mass", set_part_of_payload},
+      {"set_payload_cog", set_part_of_payload},
+      {"set_gravity",
+       [](UrController& c, A a) {
+         const auto g = a.numbers(0, 3);
+         c.set_gravity({g[0], g[1], g[2]});
+       }},
+      {"zero_ftsensor", [](UrController& c, A) { c.zero_force_sensor(); }},
+      {"set_standard_digital_out", digital_output(0, 7)},
+      {"set_configurable_digital_out", digital_output(8, 7)},
+      {"set_tool_digital_out", digital_output(16, 1)},
+      {"set_digital_out", digital_output(0, 17)},
+      {"set_standard_analog_out", analog},
+      {"set_analog_out", analog},
+      {"set_tool_voltage",
+       [](UrController& c, A a) {
+         const double volts = a.number(0);
+         if (volts != 0.0 && volts != 12.0 && volts != 24.0) a.fail("0, 12, 24");
+         c.set_tool_voltage(static_cast<int>(volts));
+       }},
+      {"write_output_boolean_register",
+       [](UrController& c, A a) {
+         const int number = a.whole(0, 127);
+         c.write_output_bit(number, a.flag(1));
+       }},
+      {"write_output_integer_register",
+       [](UrController& c, A a) {
+         const int number = a.whole(0, 47);
+         c.write_output_int(number, std::llround(a.number(1)));
+       }},
+      {"write_output_float_register",
+       [](UrController& c, A a) {
+         const int number = a.whole(0, 47);
+         c.write_output_double(number, a.number(1));
+       }},
+      {"force_mode", begin_force_mode},
+      {"force_mode_set_damping", set_force_mode_option},
+      {"force_mode_set_gain_scaling", set_force_mode_option},
+      {"freedrive_mode", freedrive},
+      {"teach_mode", freedrive},
+      {"end_force_mode", end_force},
+      {"end_freedrive_mode", end_force},
+      {"end_teach_mode", end_force},
+  };
+  return all;
+}
+
+}  // namespace
+
+Value read_function(const UrController& controller, const CallArguments& arguments, const Vector6& near) {
+  return readers().at(arguments.function())({controller, arguments, near});
+}
+
+bool set_function(UrController& controller, const CallArguments& arguments) {
+  const auto found = setters().find(arguments.function());
+  if (found == setters().end()) return false;
+  found->second(controller, arguments);
+  return true;
+}
+
+bool is_read(std::string_view function) {
+  return readers().count(function) > 0;
+}
+
+bool is_set(std::string_view function) {
+  return setters().count(function) > 0;
+}
+
+}  // namespace takt::ur
