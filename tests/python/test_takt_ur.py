@@ -624,6 +624,7 @@ def test_a_thread_that_moves_is_killed_and_another_one_may_not_move_beside_it(ro
   movej({q})
 end
 """.encode())
+    client.wait(lambda s: s["runtime_state"] == 2)
     gateway.wait_for_line("the killed thread leaves the robot steady: True")
     gateway.wait_for_line("line 14, column 3: Another thread is already controlling the robot")
     end = client.wait(lambda s: s["runtime_state"] == 1)["target_q"][5]
