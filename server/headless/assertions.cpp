@@ -98,10 +98,10 @@ void AssertionChecker::note(const Simulation& simulation) {
 }
 
 void AssertionChecker::note_contacts(const Simulation& simulation) {
-  simulation.read_contacts(contacts_);
+  simulation.read_contact_peaks(contacts_);
   const ContactCallCounts counts = simulation.contact_counts();
   saw_contacts_ = saw_contacts_ || counts.made + counts.skipped + counts.boxes_apart > 0;
-  for (const ContactSample& sample : contacts_) {
+  for (const auto& [time_s, sample] : contacts_) {
     const std::string& base = cell_.components[static_cast<std::size_t>(sample.base)].name;
     const std::string& target = cell_.components[static_cast<std::size_t>(sample.target)].name;
     for (std::size_t i = 0; i < scenario_.assertions.size(); ++i) {
@@ -111,7 +111,7 @@ void AssertionChecker::note_contacts(const Simulation& simulation) {
         continue;
       if (sample.result.normal_force_N <= largest_N_[i]) continue;
       largest_N_[i] = sample.result.normal_force_N;
-      largest_time_s_[i] = simulation.time_s();
+      largest_time_s_[i] = time_s;
     }
   }
 }

@@ -54,7 +54,7 @@ class AssertionChecker {
   std::vector<std::optional<double>> grips_;        ///< least of grip_margin
   bool watches_contacts_ = false, saw_contacts_ = false;
   Snapshot snapshot_;
-  std::vector<ContactSample> contacts_;
+  std::vector<ContactPeak> contacts_;
 };
 
 /// The section `expected`: a verdict for each Part, at the end of a run that has reached the scenario's duration.

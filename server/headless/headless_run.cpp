@@ -67,7 +67,7 @@ HeadlessResult run_headless(Simulation& simulation, const Scenario& scenario, co
       }
     }
   };
-  std::vector<ContactSample> pressing;
+  std::vector<ContactPeak> peaks;
   std::map<std::pair<int, int>, ContactExtreme> extremes;
   std::optional<RunMetricsRecorder> recorder;
   if (options.run_metrics) recorder.emplace(simulation, scenario.csv_period_s);
@@ -125,9 +125,9 @@ HeadlessResult run_headless(Simulation& simulation, const Scenario& scenario, co
       report_step(simulation, note_warning);
       note_grips(simulation, result.grips);
       if (options.contact_extremes && !recorder) {
-        simulation.read_contacts(pressing);
-        for (const ContactSample& sample : pressing)
-          extremes[{sample.base, sample.target}].note(sample, simulation.time_s());
+        simulation.read_contact_peaks(peaks);
+        for (const ContactPeak& peak : peaks)
+          extremes[{peak.sample.base, peak.sample.target}].note(peak.sample, peak.time_s);
       }
       gather();
       if (observer) observer(simulation);

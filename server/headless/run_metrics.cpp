@@ -43,6 +43,7 @@ void RunMetricsRecorder::note(const Simulation& simulation) {
   const bool due = simulation.step_index() == period_boundary_step(next_, period_s_, step_s);
   if (!due && !every_step_) return;
   simulation.read_loads(snapshot_);
+  simulation.read_contact_peaks(contact_peaks_);
   note_extremes();
   if (!due) return;
   while (period_boundary_step(next_, period_s_, step_s) <= simulation.step_index()) ++next_;
@@ -75,9 +76,9 @@ void RunMetricsRecorder::note_extremes() {
     robot.flange_force_N.note(sample.flange_load_W.f.norm(), t);
     robot.flange_torque_N_m.note(sample.flange_load_W.t.norm(), t);
   }
-  for (const ContactSample& sample : snapshot_.contacts.pressing()) {
-    if (settles(pressed_from_start_, {sample.base, sample.target})) continue;
-    contacts_[{sample.base, sample.target}].note(sample, t);
+  for (const ContactPeak& peak : contact_peaks_) {
+    const std::pair<int, int> pair(peak.sample.base, peak.sample.target);
+    if (!settles(pressed_from_start_, pair)) contacts_[pair].note(peak.sample, peak.time_s);
   }
   for (std::size_t c = 0; c < snapshot_.components.size(); ++c) {
     const ComponentSample& sample = snapshot_.components[c];
@@ -171,6 +172,7 @@ double RunMetricsRecorder::energy_at(std::size_t consumer, double time_s) const 
 RunMetrics RunMetricsRecorder::finish(const Simulation& simulation,
                                       const std::deque<controller::ProgramStep>& steps) {
   simulation.read_loads(snapshot_);
+  simulation.read_contact_peaks(contact_peaks_);
   note_extremes();
   for (const auto& [pair, most] : contacts_) numbers_.contacts.push_back(most);
   for (const auto& [pair, most] : holding_) {

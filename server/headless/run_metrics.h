@@ -109,6 +109,7 @@ class RunMetricsRecorder {
 
   const CellDescription& cell_;
   Snapshot snapshot_;
+  std::vector<ContactPeak> contact_peaks_;
   double period_s_;
   std::uint64_t next_ = 0;
   bool every_step_ = false;

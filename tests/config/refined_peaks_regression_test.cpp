@@ -116,8 +116,12 @@ Outcome run(const Case& c, bool refined) {
   const HeadlessResult result = run_headless(simulation, scenario, headless);
   EXPECT_EQ(result.fault, "");
   EXPECT_TRUE(result.alternating_forces.empty());
-  return {peaks_of(simulation.description(), *result.run_metrics, c.level),
-          of_catches(simulation.model(), result)};
+  Outcome outcome{peaks_of(simulation.description(), *result.run_metrics, c.level),
+                  of_catches(simulation.model(), result)};
+  // The magnet tumbles out of its core onto the Tray. How it lands depends on all that comes before: tolerances of 1e-4 to
+  // 1e-6 give blows of 152, 281, 265, 259 and 283 N, without order.
+  if (c.scenario == "bev_rotor" && c.level == 3) outcome.allowed[{"contact force", "Magnet4 - Tray"}] = 150.0;
+  return outcome;
 }
 
 /// At levels 1 and 2 a stop takes the speed of a Part on a belt within one step: the shorter the step, the larger the

@@ -154,6 +154,22 @@ TEST(Rosenbrock, CalmStepsHaveNoErrorThatEachTrialMakesAlike) {
   }
 }
 
+TEST(Rosenbrock, UniformlyAcceleratedMotionIsCalm) {
+  constexpr double kPeriod_s = 0.008, kGravity = 9.80665;
+  constexpr int kCount = 100;
+  RigidBodyParameters box;
+  box.body = 0, box.mass_kg = 1.0, box.gravity_W = Vec3(0.0, 0.0, -kGravity);
+  RigidBody body(box);
+  LooseSystem loose({&body}, 1);
+  const auto solver = loose.solver("automatic", 1e-4);
+  ASSERT_TRUE(loose.run(*solver, kPeriod_s, kCount)) << solver->failure();
+  const double t = kPeriod_s * kCount;
+  EXPECT_NEAR(loose.x[2], -0.5 * kGravity * t * t, 1e-12);
+  // Nothing comes before the first step that it could be compared with.
+  EXPECT_LE(solver->statistics().rejected_steps, 2U);
+  EXPECT_LE(solver->statistics().jacobians, 30U);
+}
+
 TEST(Rosenbrock, ErrorsOfAbsoluteStatesDoNotGrowWithTheDistanceFromTheOrigin) {
   // The same throw of a spinning box beside the origin and 100 m away, at 50 m/s.
   const auto run = [](const Vec3& place, const Vec3& speed) {

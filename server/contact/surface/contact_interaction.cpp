@@ -296,6 +296,7 @@ ContactInteraction::Passing ContactInteraction::passing(const CellMotion& motion
 }
 
 void ContactInteraction::update(const CellMotion& motion, double step_s) {
+  ++updates_;
   if (!any_acting()) return;
   if (unsettled_) settle(motion);
   if (all_moved_)
@@ -374,6 +375,16 @@ std::size_t ContactInteraction::pairs_among_counted() const {
       count += acting_[i] != 0 && counted_[static_cast<std::size_t>(pairs.target(i))] != 0 ? 1 : 0;
   }
   return count;
+}
+
+void ContactInteraction::note_peaks(const CellMotion& motion) {
+  for (PairContact* const pair : visited()) {
+    PairContact::Peak& peak = pair->peak;
+    if (pair->result.elements == 0 ||
+        (peak.update == updates_ && peak.result.normal_force_N >= pair->result.normal_force_N))
+      continue;
+    peak = {updates_, motion.time_s, body(motion, pair->target).X_WB, pair->result};
+  }
 }
 
 void ContactInteraction::accept(const CellMotion& motion) {
@@ -513,6 +524,18 @@ void ContactInteraction::linearise(const CellMotion& motion, Linearisation linea
   }
 }
 
+ContactSample ContactInteraction::sample_of(const PairContact& pair, const ContactResult& result,
+                                            const Pose& X_WT) {
+  ContactSample sample;
+  sample.base = pair.base;
+  sample.target = pair.target;
+  sample.result = result;
+  sample.p_WC = X_WT * result.p_TC;
+  sample.F_base_W = to_world(result.F_B_T, X_WT.R);
+  sample.F_base_W.t -= (sample.p_WC - X_WT.p).cross(sample.F_base_W.f);
+  return sample;
+}
+
 std::size_t ContactInteraction::read(const CellMotion& motion, std::span<ContactSample> samples) {
   std::size_t count = 0;
   for (PairContact* const present : present_) {
@@ -520,16 +543,22 @@ std::size_t ContactInteraction::read(const CellMotion& motion, std::span<Contact
     look_at_pair(pair, motion);
     if (pair.result.elements == 0) continue;
     if (count++ >= samples.size()) continue;
-    const Pose& X_WT = body(motion, pair.target).X_WB;
-    ContactSample& sample = samples[count - 1];
-    sample.base = pair.base;
-    sample.target = pair.target;
-    sample.result = pair.result;
-    sample.p_WC = X_WT * pair.result.p_TC;
-    sample.F_base_W = to_world(pair.result.F_B_T, X_WT.R);
-    sample.F_base_W.t -= (sample.p_WC - X_WT.p).cross(sample.F_base_W.f);
+    samples[count - 1] = sample_of(pair, pair.result, body(motion, pair.target).X_WB);
   }
   return count;
+}
+
+void ContactInteraction::read_peaks(const CellMotion& motion, std::vector<ContactPeak>& peaks) {
+  peaks.clear();
+  for (PairContact* const present : present_) {
+    PairContact& pair = *present;
+    look_at_pair(pair, motion);
+    const PairContact::Peak& peak = pair.peak;
+    if (peak.update == updates_ && peak.result.normal_force_N > pair.result.normal_force_N)
+      peaks.push_back({peak.time_s, sample_of(pair, peak.result, peak.X_WT)});
+    else if (pair.result.elements > 0)
+      peaks.push_back({motion.time_s, sample_of(pair, pair.result, body(motion, pair.target).X_WB)});
+  }
 }
 
 void ContactInteraction::add_forces(const CellMotion& motion, std::span<Vec3> forces_W) {

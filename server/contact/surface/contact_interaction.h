@@ -68,6 +68,8 @@ class ContactInteraction {
   /// (PolygonalContact::hold), until release().
   void hold(const CellMotion& motion, double next_s);
   void release();
+  /// Discrete, at an accepted point, directly after evaluate_moving(): for read_peaks().
+  void note_peaks(const CellMotion& motion);
   /// Discrete, at an accepted point: springs of the stick law.
   void accept(const CellMotion& motion);
 
@@ -120,6 +122,8 @@ class ContactInteraction {
   int heaviest_on(int component, const CellMotion& motion);
   /// All pairs with pressure; allocates if their number exceeds all earlier ones.
   void read(const CellMotion& motion, std::vector<ContactSample>& samples);
+  /// Of all pairs that have pressed since the last update(), here or at a point of note_peaks(), the largest normal forces.
+  void read_peaks(const CellMotion& motion, std::vector<ContactPeak>& peaks);
   std::vector<ElementPressure> pressures(std::size_t pair, const CellMotion& motion);
   /// The components that this component pushes along a direction (of length 1) at this motion, ascending: the
   /// pair exerts at least half of its force in that direction.
@@ -166,6 +170,7 @@ class ContactInteraction {
   void add_wrenches(const PairContact& pair, const CellMotion& motion, std::span<Wrench> wrenches) const;
   void find_boxes(const CellMotion& motion);
   bool boxes_apart(const PairContact& pair) const;
+  static ContactSample sample_of(const PairContact& pair, const ContactResult& result, const Pose& X_WT);
   void evaluate_near(PairContact& pair, const CellMotion& motion) const;
   void evaluate_pair(PairContact& pair, const CellMotion& motion) const;
   void look_at_pair(PairContact& pair, const CellMotion& motion) const;
@@ -192,6 +197,7 @@ class ContactInteraction {
   std::size_t movable_count_ = 0;      ///< acting pairs with a side that can move
   bool movable_known_ = false;
   std::uint64_t boxes_apart_ = 0;
+  std::uint64_t updates_ = 0;
   ApproachSearch approach_;
   ContactPool pool_;
   std::vector<Near> near_;  ///< acting pairs that may meet, ascending; those asleep as of falling asleep

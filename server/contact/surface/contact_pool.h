@@ -64,6 +64,13 @@ struct PairContact {
   bool kept_holds = false;
   HeldFrom kept_from;
   ContactResult result;
+  // The largest normal force at an accepted point since the update with this number.
+  struct Peak {
+    std::uint64_t update = 0;
+    double time_s = 0.0;
+    Pose X_WT{};
+    ContactResult result;
+  } peak;
   std::uint64_t made = 0, skipped = 0, apart = 0;
   std::uint64_t given_back = 0;  ///< the order
 };

@@ -11,4 +11,10 @@ struct ContactSample {
   ContactResult result;
 };
 
+/// The sample of the largest normal force of a pair, with its time.
+struct ContactPeak {
+  double time_s = 0.0;
+  ContactSample sample;
+};
+
 }  // namespace takt

@@ -37,13 +37,12 @@ AdaptiveProblem::AdaptiveProblem(const OdeSystem& system, double tolerance, Syst
       latest_(kInfinity),
       indicator_count_(system.indicator_count()),
       scales_(system, 1.0, kInfinity),
+      work_(scales_.count()),
       f_([this](double t, const double* x, double* xdot) { return derivatives(t, x, xdot); }) {
-  if (is_coupled(matrix, system)) {
+  if (is_coupled(matrix, system))
     coupled_ = std::make_unique<VelocitySystem>(system);
-    work_.resize(scales_.count());
-  } else {
+  else
     jacobian_ = std::make_unique<SystemJacobian>(system);
-  }
 }
 
 void AdaptiveProblem::error_weights(const double* x, double* weights) const {
@@ -91,6 +90,10 @@ bool AdaptiveProblem::indicators(double t, const double* x, double* g) {
     return false;
   }
   return all_finite(values);
+}
+
+void AdaptiveProblem::note_peaks(double t, const double* x) {
+  if (system_->has_contacts() && derivatives(t, x, work_.data())) system_->note_peaks();
 }
 
 bool AdaptiveProblem::evaluate_jacobian(double t, const double* x, const double* f0) {
@@ -266,7 +269,10 @@ bool AdaptiveIntegrator::take_step(OdeSystem& system, double t, double h, std::s
         if (!start(t_, x, 0.0) && !recover(t_, stop, x)) return false;
         continue;
       }
-      if (stop - t_ > one_time(stop)) continue;
+      if (stop - t_ > one_time(stop)) {
+        problem_.note_peaks(t_, x.data());
+        continue;
+      }
     }
     if (!event_within) {
       t_ = end;

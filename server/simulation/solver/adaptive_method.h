@@ -43,6 +43,8 @@ class AdaptiveProblem {
   /// Likewise.
   bool indicators(double t, const double* x, double* g);
   bool evaluate_jacobian(double t, const double* x, const double* f0);
+  /// At an accepted point within a communication step (OdeSystem::note_peaks).
+  void note_peaks(double t, const double* x);
   /// Factorises a I - b J.
   bool factorise(double a, double b);
   void solve(double* b);

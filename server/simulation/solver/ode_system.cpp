@@ -174,6 +174,10 @@ void OdeSystem::hold_contacts(double next_s) {
   if (has_contacts()) contacts_->hold(motion_, next_s);
 }
 
+void OdeSystem::note_peaks() {
+  if (has_contacts()) contacts_->note_peaks(motion_);
+}
+
 void OdeSystem::derivatives(double t, std::span<const double> x, std::span<double> xdot) {
   update_motion(t, x);
   derivatives_at_motion(t, x, xdot);

@@ -81,6 +81,8 @@ class OdeSystem {
   /// Discrete, at the start of a solver's step of `next_s`, directly after update_motion(t, x): holds the patches
   /// of surface contact, which derivatives() uses near the motion from (t, x) on (ContactInteraction::hold).
   void hold_contacts(double next_s);
+  /// Discrete, directly after derivatives() at an accepted point: the largest forces of surface contacts.
+  void note_peaks();
 
   // Modes of the plant models (see plant_model.h). All of these bring the motion and the wrenches to (t, x).
 

@@ -61,9 +61,10 @@ bool RosenbrockStep::begin(OdeSystem& system, double t, double h, std::span<cons
   return take_derivatives(system, t, x);
 }
 
-bool RosenbrockStep::take_derivatives(const OdeSystem& system, double t, std::span<const double> x) {
+bool RosenbrockStep::take_derivatives(OdeSystem& system, double t, std::span<const double> x) {
   ++statistics_.evaluations;
   if (!finite(system, f0_)) return false;
+  system.note_peaks();
   system.time_derivative(clamped(t), x, rate_);
   return true;
 }
@@ -189,8 +190,9 @@ void RosenbrockStep::find_defect(OdeSystem& system, double t, double h) {
   std::vector<double>& defect = u_[3];
   system.derivatives(clamped(t + h), new_x_, defect);
   ++statistics_.evaluations;
-  // Of smooth motion k1 is the rate at t + gamma h, and k1 + k2 its change over the step.
-  for_each_active(system, [&](std::size_t i) { defect[i] -= k1[i] + (1.0 - gamma_) * (k1[i] + k2[i]); });
+  // Of smooth motion the rate is k1 at t + gamma h and 2 k1 + k2 at t + (1 - gamma) h.
+  const double steps = (1.0 - gamma_) / (1.0 - 2.0 * gamma_);
+  for_each_active(system, [&](std::size_t i) { defect[i] -= k1[i] + steps * (k1[i] + k2[i]); });
   linear_.solve(defect);
   for_each_active(system, [&](std::size_t i) { defect[i] *= gamma_ * h; });
 }

@@ -85,7 +85,7 @@ class RosenbrockStep {
                   std::span<const double> errors) const;
   Outcome judge(const OdeSystem& system, std::span<const double> x);
   bool factorise(double a, double b);
-  bool take_derivatives(const OdeSystem& system, double t, std::span<const double> x);
+  bool take_derivatives(OdeSystem& system, double t, std::span<const double> x);
 
   VelocitySystem linear_;
   double tolerance_;

@@ -78,6 +78,11 @@ void Simulation::read_contacts(std::vector<ContactSample>& samples) const {
   impl_->contacts.read(impl_->system().motion(), samples);
 }
 
+void Simulation::read_contact_peaks(std::vector<ContactPeak>& peaks) const {
+  impl_->refresh_motion();
+  impl_->contacts.read_peaks(impl_->system().motion(), peaks);
+}
+
 ContactCallCounts Simulation::contact_counts() const {
   return impl_->contacts.counts();
 }

@@ -193,6 +193,9 @@ class Simulation {
   Wrench pair_wrench(const PairConnection& pair) const;
   /// Pairs with pressure by surface contact at this time (level of detail 3), in the order of the pairs.
   void read_contacts(std::vector<ContactSample>& samples) const;
+  /// The largest normal forces of the most recent step, by pair, each with its time: at the ends of the solver's own steps
+  /// within it, as an impact is far shorter than a communication step.
+  void read_contact_peaks(std::vector<ContactPeak>& peaks) const;
   ContactCallCounts contact_counts() const;
   /// What surface contact keeps in memory, for tests and measurements.
   ContactInteraction::Size contact_size() const;
