@@ -379,11 +379,9 @@ std::size_t ContactInteraction::pairs_among_counted() const {
 
 void ContactInteraction::note_peaks(const CellMotion& motion) {
   for (PairContact* const pair : visited()) {
-    PairContact::Peak& peak = pair->peak;
-    if (pair->result.elements == 0 ||
-        (peak.update == updates_ && peak.result.normal_force_N >= pair->result.normal_force_N))
-      continue;
-    peak = {updates_, motion.time_s, body(motion, pair->target).X_WB, pair->result};
+    const double least_N = pair->peak.update == updates_ ? pair->peak.result.normal_force_N : 0.0;
+    if (pair->result.elements > 0 && pair->result.normal_force_N > least_N)
+      pair->peak = {updates_, motion.time_s, body(motion, pair->target).X_WB, pair->result};
   }
 }
 
