@@ -687,12 +687,14 @@ end
     gateway.wait_for_line("all is sent")
 
 
-def test_secondary_programs_are_as_many_as_a_cycle_can_bear(robot, opened):
+def test_secondary_programs_take_turns(robot, opened):
     _, ports, gateway = robot
     primary = opened(socket.create_connection(("127.0.0.1", ports[1]), timeout=PATIENCE_S))
-    for i in range(11):
-        primary.sendall(f"sec beside{i}():\n  while True:\n    sync()\n  end\nend\n".encode())
-    gateway.wait_for_line("The secondary program beside10 is refused: 10 of them run")
+    primary.sendall(b"".join(b"textmsg(\"statement %d \", \"of many\")\n" % i for i in range(100)))
+    gateway.wait_for_line("statement 99 of many")
+    assert [line for line in gateway.lines if "of many" in line and "refused" in line] == []
+    primary.sendall(b"sec endless():\n  while True:\n    sync()\n  end\nend\n" * 1001)
+    gateway.wait_for_line("The secondary program endless is refused: 1000 of them run or wait")
     primary.sendall(b"stop program\nsec after():\n  textmsg(\"after the \", \"stop\")\nend\n")
     gateway.wait_for_line("after the stop")
 

@@ -175,7 +175,12 @@ void UrController::change_power() {
 }
 
 void UrController::advance_program() {
-  std::erase_if(secondary_, [this](const auto& secondary) { return !advance_secondary(*secondary); });
+  constexpr std::ptrdiff_t kMostAtOnce = 10;  // others begin when one ends
+  const auto first_waiting =
+      secondary_.begin() + std::min(kMostAtOnce, static_cast<std::ptrdiff_t>(secondary_.size()));
+  secondary_.erase(std::remove_if(secondary_.begin(), first_waiting,
+                                  [this](const auto& one) { return !advance_secondary(*one); }),
+                   first_waiting);
   if (!program_ || paused_ || robot_mode_ != RobotMode::running || !check_watchdogs()) return;
   bool goes_on = false;
   try {
@@ -308,10 +313,10 @@ void UrController::run(const std::string& text) {
 }
 
 void UrController::run_secondary(urscript::Program program) {
-  constexpr std::size_t kMostSecondary = 10;
+  constexpr std::size_t kMostSecondary = 1000;
   if (secondary_.size() >= kMostSecondary)
     text("The secondary program " + program.name + " is refused: " + std::to_string(kMostSecondary) +
-         " of them run; \"stop program\" ends them.");
+         " of them run or wait; \"stop program\" ends them.");
   else
     secondary_.push_back(std::make_unique<ScriptRun>(*this, program.name, std::move(program.code)));
 }
