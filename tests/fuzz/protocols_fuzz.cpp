@@ -52,14 +52,10 @@ class NoController final : public urscript::Host {
 
 void run(const std::string& text) {
   constexpr int kCycles = 3;
-  const urscript::Program program = urscript::parse_program(text);
-  for (const urscript::Code* code : {&program.code, program.registers ? &program.registers->path : nullptr}) {
-    if (code == nullptr) continue;
-    NoController host;
-    urscript::Interpreter interpreter(*code, host);
-    host.interpreter = &interpreter;
-    for (int cycle = 0; cycle < kCycles && interpreter.advance(); ++cycle) {
-    }
+  NoController host;
+  urscript::Interpreter interpreter(urscript::parse_program(text).code, host);
+  host.interpreter = &interpreter;
+  for (int cycle = 0; cycle < kCycles && interpreter.advance(); ++cycle) {
   }
 }
 

@@ -102,6 +102,16 @@ TEST(UrscriptLanguage, StructsAndListsOfTheManual) {
   EXPECT_EQ(error("def t():\n aa = [1, 2]\n aa.append(3)\nend\n").substr(0, 20), "3:2 append: the list");
 }
 
+TEST(UrscriptLanguage, ACopyOfAStructHasItsOwnMembersAndSharesTheirNames) {
+  RecordingHost host;
+  Interpreter interpreter(parse_program(program(" a = struct(x = 1, y = 2)\n b = a\n b.x = 3")).code, host);
+  while (interpreter.advance()) {
+  }
+  EXPECT_EQ(text_of(*interpreter.global("a")), "struct(x=1, y=2)");
+  EXPECT_EQ(text_of(*interpreter.global("b")), "struct(x=3, y=2)");
+  EXPECT_EQ(interpreter.global("a")->record()->names, interpreter.global("b")->record()->names);
+}
+
 TEST(UrscriptLanguage, TextsAsTheManualWritesThem) {
   EXPECT_EQ(result("to_str(10)"), "10");
   EXPECT_EQ(result("to_str(2.123456123456)"), "2.12346");
@@ -195,6 +205,100 @@ TEST(UrscriptLanguage, TheEndOfTheProgramEndsItsThreads) {
             Lines{});
 }
 
+TEST(UrscriptLanguage, ThreadsAreNumbersAndZeroIsNone) {
+  // As ur_rtde's program uses them.
+  EXPECT_EQ(
+      run_script(program(
+          " moves = 0\n global t = 0\n thread f():\n  moves = moves + 1\n  t = 0\n end\n kill t\n join t\n"
+          " t = run f()\n textmsg(t != 0)\n sleep(0.01)\n textmsg(t, moves)")),
+      (Lines{"True", "01"}));
+  EXPECT_EQ(error("def t():\n kill \"x\"\nend\n"), "2:2 type_error: a thread is expected, found a text");
+}
+
+TEST(UrscriptLanguage, ThreadsThatHaveEndedLeaveTheirPlaceToOthers) {
+  RecordingHost host;
+  EXPECT_EQ(
+      run_script(
+          program(
+              " n = 0\n thread f():\n  n = n + 1\n end\n i = 0\n while i < 500:\n  t = run f()\n  join t\n"
+              "  i = i + 1\n end\n textmsg(n)"),
+          host),
+      Lines{"500"});
+  EXPECT_GE(host.cycle, 500 * 200 / Interpreter::kMostWork)
+      << "a thread takes its work from the thread that starts it";
+}
+
+TEST(UrscriptLanguage, ALoopWithoutAWaitCannotFloodOrStallTheController) {
+  const auto in_one_cycle = [](const std::string& body) {
+    RecordingHost host;
+    host.answers["get_inverse_kin"] = host.answers["get_digital_in"] = std::vector<double>(6, 0.0);
+    Interpreter interpreter(parse_program(program(" while True:\n  " + body + "\n end")).code, host);
+    EXPECT_TRUE(interpreter.advance());
+    return host.messages.size() + host.calls.size();
+  };
+  EXPECT_EQ(in_one_cycle("textmsg(\"x\")"), 20U);
+  EXPECT_LE(in_one_cycle("x = get_inverse_kin(p[0,0,0,0,0,0])"), 100U);
+  EXPECT_LE(in_one_cycle("socket_send_string(\"x\")"), 100U);
+  EXPECT_GT(in_one_cycle("x = get_digital_in(0)"), 500U);
+}
+
+TEST(UrscriptLanguage, LongValuesTakeMoreOfACycle) {
+  const auto in_one_cycle = [](const std::string& before, const std::string& body) {
+    RecordingHost host;
+    Interpreter interpreter(
+        parse_program(program(before + "\n n = 0\n sync()\n while True:\n  " + body + "\n  n = n + 1\n end"))
+            .code,
+        host);
+    for (int cycle = 0; cycle < 10; ++cycle) {  // one of many, since the first one makes the values
+      ++host.cycle;
+      EXPECT_TRUE(interpreter.advance());
+    }
+    return interpreter.global("n")->number() / 9.0;
+  };
+  const std::string list = " a = make_list(2000, 1)";
+  EXPECT_GT(in_one_cycle(" a = [1, 2, 3, 4, 5, 6]", "a[1] = 2"), 300.0);
+  EXPECT_LT(in_one_cycle(list, "a[1] = 2"), 10.0);
+  EXPECT_LT(in_one_cycle(list, "a.pop()\n  a.append(1)"), 10.0);
+  EXPECT_LT(in_one_cycle(list, "b = -a"), 10.0);
+  EXPECT_LT(in_one_cycle(list, "b = a.to_string()"), 10.0);
+  EXPECT_LT(in_one_cycle(list, "b = to_str(a)"), 10.0);
+  EXPECT_LT(in_one_cycle(list, "b = a + a"), 10.0);
+  EXPECT_LT(in_one_cycle(" a = make_list(40, make_list(40, 1))", "b = a * a"), 2.0);
+  EXPECT_LT(in_one_cycle("", "a = make_list(2000, 1)"), 10.0);
+}
+
+TEST(UrscriptLanguage, TextsAreFoundAsTheStandardLibraryFindsThem) {
+  std::mt19937 random(5);
+  const auto text_of_length = [&](std::size_t length) {
+    std::string text;
+    for (std::size_t i = 0; i < length; ++i) text += random() % 2 == 0 ? 'a' : 'b';
+    return text;
+  };
+  for (int i = 0; i < 20'000; ++i) {
+    const std::string text = text_of_length(random() % 30), target = text_of_length(random() % 6);
+    const std::size_t from = random() % 32;
+    ASSERT_EQ(position_of(text, target, from), text.find(target, from))
+        << text << " " << target << " " << from;
+  }
+}
+
+TEST(UrscriptLanguage, ExpressionsGoOnWhereAValueIsMissing) {
+  EXPECT_EQ(run_script(program(" x = # of a client\n7\n y = x +\n  not_x(\n1)\n def not_x(a):\n  return "
+                               "-\na\n end\n textmsg(x, y)")),
+            Lines{"76"});
+  EXPECT_EQ(error("def t():\n x =\nend\n"), "3:1 syntax_error: a value is expected, found 'end'");
+}
+
+TEST(UrscriptLanguage, ARemoteProcedureEndsTheProgramWhereItIsCalled) {
+  EXPECT_EQ(run_script(program(" grip = rpc_factory(\"xmlrpc\", \"http://127.0.0.1:41414\")\n def close():\n "
+                               " grip.close(1)\n end\n"
+                               " textmsg(\"never called\")")),
+            Lines{"never called"});
+  EXPECT_EQ(error("def t():\n g = rpc_factory(\"xmlrpc\", \"http://x\")\n sync()\n g.close(1)\nend\n"),
+            "4:2 type_error: a struct has no method close; remote procedures have no counterpart in takt, "
+            "sockets are allowed");
+}
+
 TEST(UrscriptLanguage, PosesFollowTheirClosedForms) {
   EXPECT_EQ(result("pose_trans(p[1,2,3,0,0,d2r(90)], p[1,0,0,0,0,0])"), "p[1, 3, 3, 0, 0, 1.5708]");
   EXPECT_EQ(result("pose_dist(pose_trans(p[1,2,3,0.1,0.2,0.3], pose_inv(p[1,2,3,0.1,0.2,0.3])), "
@@ -270,6 +374,12 @@ TEST(UrscriptLanguage, MemoryAndWorkAreBounded) {
             std::string::npos);
   EXPECT_NE(error("def t():\n x = " + std::string(5000, '(') + "1").find("in one another"),
             std::string::npos);
+  std::string hoard = "def t():\n";
+  for (int i = 0; i < 600; ++i)
+    hoard += " v" + std::to_string(i) + " = make_list(2000, " + std::to_string(i) + ")\n";
+  EXPECT_NE(error(hoard + "end\n").find("cells"), std::string::npos);
+  EXPECT_EQ(error("def t():\n x = 1e300 * 1e300\nend\n"), "2:6 the result is no finite number");
+  EXPECT_EQ(error("def t():\n x = 0 % 0\nend\n"), "2:6 division by zero");
   std::string sum = "0";
   for (int i = 0; i < 5000; ++i) sum += "+1";
   EXPECT_NE(error("def t():\n x = " + sum + "\nend\n").find("operators"), std::string::npos);

@@ -562,6 +562,7 @@ end
     assert read(peer, 4) == b"0 0\n"
     assert read(peer, 5) == b"True\n"
     assert peer.recv(1) == b""
+    client.wait(lambda s: s["runtime_state"] == 2)
     assert client.wait(lambda s: s["runtime_state"] == 1)["target_q"][5] == pytest.approx(q[5] - 0.2, abs=1e-6)
 
 
@@ -627,6 +628,7 @@ end
     client.wait(lambda s: s["runtime_state"] == 2)
     gateway.wait_for_line("the killed thread leaves the robot steady: True")
     gateway.wait_for_line("line 14, column 3: Another thread is already controlling the robot")
+    client.wait(lambda s: s["runtime_state"] == 2)
     end = client.wait(lambda s: s["runtime_state"] == 1)["target_q"][5]
     assert q[5] < end < q[5] + 0.02
 
@@ -650,6 +652,95 @@ def test_interpreter_mode_has_the_variables_and_functions_of_its_program(second,
     assert ask("missing = nothing").startswith("discard: compile_error_name_not_found:nothing:")
     assert ask("end_interpreter()").startswith("ack")
     assert rtde.wait(lambda s: s["runtime_state"] == 1)["target_q"][5] == pytest.approx(q[5] + 0.042, abs=1e-6)
+
+
+def test_a_program_waits_for_a_peer_that_reads_late(robot, opened):
+    _, ports, gateway = robot
+    client = Rtde(opened, ports[0])
+    listener = opened(socket.create_server(("127.0.0.1", 0)))
+    listener.settimeout(PATIENCE_S)
+    client.wait(lambda s: s["runtime_state"] == 1)
+    primary = opened(socket.create_connection(("127.0.0.1", ports[1]), timeout=PATIENCE_S))
+    count, size = 2000, 16384  # more than the sockets and the gateway hold
+    primary.sendall(f"""def sends():
+  socket_open("127.0.0.1", {listener.getsockname()[1]}, "pc")
+  text = "x"
+  while str_len(text) < {size}:
+    text = str_cat(text, text)
+  end
+  i = 0
+  while i < {count}:
+    socket_send_string(text, "pc")
+    i = i + 1
+  end
+  textmsg("all is ", "sent")
+  socket_close("pc")
+end
+""".encode())
+    peer = opened(listener.accept()[0])
+    peer.settimeout(PATIENCE_S)
+    client.wait(lambda s: s["runtime_state"] == 2)
+    for _ in range(500):
+        assert client.wait(lambda s: True)["runtime_state"] == 2
+    assert not any("all is sent" in line for line in gateway.lines)
+    assert read(peer, count * size) == b"x" * (count * size)
+    assert peer.recv(1) == b""
+    gateway.wait_for_line("all is sent")
+
+
+def test_secondary_programs_take_turns(robot, opened):
+    _, ports, gateway = robot
+    primary = opened(socket.create_connection(("127.0.0.1", ports[1]), timeout=PATIENCE_S))
+    primary.sendall(b"".join(b"textmsg(\"statement %d \", \"of many\")\n" % i for i in range(100)))
+    gateway.wait_for_line("statement 99 of many")
+    assert [line for line in gateway.lines if "of many" in line and "refused" in line] == []
+    primary.sendall(b"sec endless():\n  while True:\n    sync()\n  end\nend\n" * 1001)
+    gateway.wait_for_line("The secondary program endless is refused: 1000 of them run or wait")
+    primary.sendall(b"stop program\nsec after():\n  textmsg(\"after the \", \"stop\")\nend\n")
+    gateway.wait_for_line("after the stop")
+
+
+def test_functions_of_control_programs_agree_with_kinematics(robot, opened):
+    # The Jacobian with differences of forward kinematics, servoc with its target, histories with the present.
+    _, ports, gateway = robot
+    client = Rtde(opened, ports[0])
+    q = list(client.wait(lambda s: s["runtime_state"] == 1)["target_q"])
+    primary = opened(socket.create_connection(("127.0.0.1", ports[1]), timeout=PATIENCE_S))
+    primary.sendall(f"""def agrees():
+  q = {q}
+  rates = [0.3, -0.2, 0.5, 0.1, -0.4, 0.7]
+  def check(what, fits):
+    textmsg(str_cat(what, " "), fits)
+  end
+  def twist(tcp):
+    a = get_forward_kin(q - 0.00001 * rates, tcp)
+    b = get_forward_kin(q + 0.00001 * rates, tcp)
+    turn = pose_sub(b, a)
+    return [b[0] - a[0], b[1] - a[1], b[2] - a[2], turn[3], turn[4], turn[5]] / 0.00002
+  end
+  tool = p[0.1, 0.2, 0.3, 0.4, 0.5, 0.6]
+  check("jacobian", norm(get_jacobian(q) * rates - twist(get_tcp_offset())) < 0.000001)
+  check("jacobian of a tool", norm(get_jacobian(q, tool) * rates - twist(tool)) < 0.000001)
+  check("flange", pose_dist(get_actual_tool_flange_pose(), get_forward_kin(q, p[0, 0, 0, 0, 0, 0])) < 0.0001)
+  check("history", norm(get_actual_joint_positions_history(3) - q) < 0.0001)
+  check("contact", tool_contact() == 0)
+  target = pose_trans(get_target_tcp_pose(), p[0, 0, -0.05, 0, 0, 0.1])
+  servoc(target, 1.2, 0.25)
+  check("servoc", pose_dist(get_target_tcp_pose(), target) < 0.0003)
+  thread back():
+    movej(q, t = 0.5)
+  end
+  going = run back()
+  sleep(0.1)
+  check("waypoint", pose_dist(get_target_waypoint(), get_forward_kin(q)) < 0.000001)
+  check("moves", not is_steady())
+  join going
+end
+""".encode())
+    for what in ("jacobian", "jacobian of a tool", "flange", "history", "contact", "servoc", "waypoint", "moves"):
+        gateway.wait_for_line(f"{what} True")
+    client.wait(lambda s: s["runtime_state"] == 2)
+    assert client.wait(lambda s: s["runtime_state"] == 1)["target_q"] == pytest.approx(q, abs=1e-6)
 
 
 @pytest.mark.skipif("TAKT_RTDE_PYTHON" not in os.environ, reason="TAKT_RTDE_PYTHON: folder of the vendor's Python client")

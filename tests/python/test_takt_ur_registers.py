@@ -1,40 +1,193 @@
-"""takt-ur against clients of the real-time interface, and of ur_rtde's control program, which commands it by RTDE registers."""
+"""takt-ur against clients of the real-time interface, and of programs that a client commands by RTDE registers.
+
+The program is one of URScript with the registers, threads and command numbers of ur_rtde's control program. TAKT_UR_RTDE names
+that one's file (scripts/rtde_control.script of ur_rtde): then it runs in its place, as its client sends it.
+"""
 
 import math
+import os
+import re
 import socket
 import struct
+from pathlib import Path
 
 import pytest
 
 from test_takt_ur import PATIENCE_S, Rtde, opened, robot  # noqa: F401  (fixtures)
 
-# What takt-ur recognises of the program; its real text is as public as it is long.
 PROGRAM = """def rtde_control():
-  global reg_offset_float = # float register offset
+  global offset = # first float register
 0
-  global reg_offset_int = # int register offset
-0
-  def exec_move_path():
-    textmsg("exec_move_path")
-{path}  end
-  def rtde_cmd():
-    return read_input_integer_register(reg_offset_int)
-  end
-  def process_cmd():
-    cmd = rtde_cmd()
-  end
-  while keep_running:
-    if cmd == 24 or cmd == 11 or cmd == 9 or cmd == 10 or cmd == 6:
-      keep_running = process_cmd()
+  global servo_q = [0, 0, 0, 0, 0, 0]
+  global speed_qd = [0, 0, 0, 0, 0, 0]
+  global speed_a = 0.5
+  global move_q = [0, 0, 0, 0, 0, 0]
+  global move_v = 1
+  global move_a = 1
+  global writes = 0
+  global move_thrd = 0
+  global servo_thrd = 0
+  global speed_thrd = 0
+  def six(first):
+    q = [0, 0, 0, 0, 0, 0]
+    i = 0
+    while i < 6:
+      q[i] = read_input_float_register(first + i + offset)
+      i = i + 1
     end
+    return q
+  end
+  def pose(first):
+    q = six(first)
+    return p[q[0], q[1], q[2], q[3], q[4], q[5]]
+  end
+  def answer(values):
+    i = 0
+    while i < 6:
+      write_output_float_register(i, values[i])
+      i = i + 1
+    end
+  end
+  def signal_async(running):
+    writes = (writes + 1) % 128
+    write_output_integer_register(2, writes * 65536 + running * 32768)
+  end
+  def path():
+    textmsg("path")
+    # inject move path
+  end
+  thread move_thread():
+    signal_async(1)
+    movej(move_q, a=move_a, v=move_v)
+    enter_critical
+    move_thrd = 0
+    exit_critical
+    signal_async(0)
+  end
+  thread servo_thread():
+    while (True):
+      servoj(servo_q, t=0.002, lookahead_time=0.05, gain=300)
+    end
+  end
+  thread speed_thread():
+    while (True):
+      enter_critical
+      target = speed_qd
+      exit_critical
+      speedj(target, a=speed_a)
+    end
+  end
+  def stop_move():
+    if move_thrd != 0:
+      kill move_thrd
+      move_thrd = 0
+      signal_async(0)
+    end
+  end
+  def process(cmd):
+    async = read_input_integer_register(1)
+    v = read_input_float_register(6)
+    a = read_input_float_register(7)
+    if cmd == 1:
+      stop_move()
+      if async == 1:
+        move_q = six(0)
+        move_v = v
+        move_a = a
+        move_thrd = run move_thread()
+      else:
+        movej(six(0), a=a, v=v)
+      end
+    elif cmd == 2:
+      movej(get_inverse_kin(pose(0)), a=a, v=v)
+    elif cmd == 3:
+      movel(pose(0), a=a, v=v)
+    elif cmd == 9:
+      speed_qd = six(0)
+      speed_a = v
+      if speed_thrd == 0:
+        global speed_thrd = run speed_thread()
+      end
+    elif cmd == 11:
+      servo_q = six(0)
+      if servo_thrd == 0:
+        global servo_thrd = run servo_thread()
+      end
+    elif cmd == 15 or cmd == 16:
+      kill speed_thrd
+      kill servo_thrd
+      speed_thrd = 0
+      servo_thrd = 0
+      stopj(read_input_float_register(0))
+    elif cmd == 29:
+      set_tcp(pose(0))
+    elif cmd == 30:
+      answer(get_inverse_kin(pose(0), six(6)))
+    elif cmd == 34:
+      stop_move()
+      stopj(read_input_float_register(0))
+    elif cmd == 35:
+      rtde_set_watchdog("input_int_register_0", read_input_float_register(0), "stop")
+    elif cmd == 37:
+      if is_within_safety_limits(six(0)) == True:
+        write_output_integer_register(1, 1)
+      else:
+        write_output_integer_register(1, 0)
+      end
+    elif cmd == 39:
+      answer(pose_trans(pose(0), pose(6)))
+    elif cmd == 44:
+      answer(get_forward_kin(six(0), pose(6)))
+    elif cmd == 45:
+      stop_move()
+      path()
+    elif cmd == 58:
+      answer(get_actual_tool_flange_pose())
+    end
+    if cmd != 255:
+      write_output_integer_register(0, 2)
+    end
+    return cmd != 255
+  end
+  keep_running = True
+  executing = False
+  signal_async(0)
+  write_output_integer_register(0, 1)
+  while keep_running:
+    cmd = read_input_integer_register(0)
+    if cmd == 11 or cmd == 9 or cmd == 58:
+      keep_running = process(cmd)
+      write_output_integer_register(0, 1)
+    elif cmd == 0:
+      executing = False
+      write_output_integer_register(0, 1)
+    elif not executing:
+      keep_running = process(cmd)
+      executing = True
+    end
+    sync()
   end
 end
 """
+
+
+def program_with(path):
+    """What a client sends: with registers from 0 on, and a path."""
+    text = PROGRAM
+    if file := os.environ.get("TAKT_UR_RTDE"):
+        text = f"def rtde_control():\n{Path(file).read_text(encoding='utf-8')}end\n"
+        text = re.sub(r"(?m)^\$[0-9.|]+", "", text)  # lines for a controller of this version
+        for kind in ("float", "int"):
+            text = text.replace(f"# {kind} register offset\n", f"# {kind} register offset\n0\n", 1)
+    return text.replace("# inject move path\n", "# inject move path\n" + path, 1)
+
+
 READY, DONE = 1, 2
 SET_TCP = 29
 MOVEJ, MOVEJ_IK, MOVEL, SPEEDJ, SERVOJ = 1, 2, 3, 9, 11
-SPEED_STOP, SERVO_STOP, INVERSE_KINEMATICS, STOPJ, IN_LIMITS, POSE_TRANS, FORWARD_KINEMATICS, PATH, STOP_PROGRAM = (
-    15, 16, 30, 34, 37, 39, 44, 45, 255)
+SPEED_STOP, SERVO_STOP, INVERSE_KINEMATICS, STOPJ, WATCHDOG, IN_LIMITS, POSE_TRANS, FORWARD_KINEMATICS, PATH, FLANGE, STOP_PROGRAM = (
+    15, 16, 30, 34, 35, 37, 39, 44, 45, 58, 255)
+ASYNC_RUNS = 1 << 15
 
 
 class Control(Rtde):
@@ -52,7 +205,7 @@ class Control(Rtde):
         assert self.ask("I", ",".join(names).encode()) == b"\2INT32,INT32" + b",DOUBLE" * self.DOUBLES
         self.write(0)
         self.primary = opened(socket.create_connection(("127.0.0.1", ports[2]), timeout=PATIENCE_S))
-        self.primary.sendall(PROGRAM.format(path=path).encode())
+        self.primary.sendall(program_with(path).encode())
         self.wait(lambda s: s["runtime_state"] == 2 and s["output_int_register_0"] == READY)
 
     def write(self, command, values=(), flag=0):
@@ -106,13 +259,13 @@ def test_moves_end_where_they_are_sent_and_say_when(robot, opened):
     arrived = control.wait(lambda s: abs(s["actual_TCP_pose"][2] - raised[2]) < 1e-5)["actual_TCP_pose"]
     assert arrived[:3] == pytest.approx(raised[:3], abs=1e-4)
     # An asynchronous move is done at once, and stops on its way.
-    ended = control.wait(lambda s: True)["output_int_register_2"]
+    assert not control.wait(lambda s: True)["output_int_register_2"] & ASYNC_RUNS
     control.do(MOVEJ, [*q, 0.2, 0.5], flag=1)
-    assert control.wait(lambda s: abs(s["target_qd"][5]) > 0.01)["output_int_register_2"] == 0
+    assert control.wait(lambda s: abs(s["target_qd"][5]) > 0.01)["output_int_register_2"] & ASYNC_RUNS
     control.do(STOPJ, [4.0])
     assert abs(control.wait(lambda s: True)["target_q"][5] - q[5]) > 0.01
     control.do(MOVEJ, [*q, 1.0, 2.0], flag=1)
-    control.wait(lambda s: s["output_int_register_2"] < 0 and s["output_int_register_2"] != ended)
+    assert control.wait(lambda s: not s["output_int_register_2"] & ASYNC_RUNS)["target_q"] == pytest.approx(q, abs=1e-9)
     control.end()
 
 
@@ -129,6 +282,9 @@ def test_kinematics_answer_in_output_registers(robot, opened):
     flange = control.answers(FORWARD_KINEMATICS, [*state["actual_q"], *[0.0] * 6])
     further = control.answers(FORWARD_KINEMATICS, [*state["actual_q"], 0.0, 0.0, 0.1, 0.0, 0.0, 0.0])
     assert math.dist(flange[:3], further[:3]) == pytest.approx(0.1, abs=1e-9)
+    control.write(FLANGE)  # in each cycle, and never done
+    control.wait(lambda s: [s[f"output_double_register_{i}"] for i in range(6)] == pytest.approx(flange, abs=1e-5))
+    control.write(0)
     assert control.do(IN_LIMITS, list(state["actual_q"]))["output_int_register_1"] == 1
     assert control.do(IN_LIMITS, [100.0] * 6)["output_int_register_1"] == 0
     control.end()
@@ -165,8 +321,7 @@ def test_a_path_is_followed_with_its_blends(robot, opened):
     cell, ports, _ = robot
     q = list(cell.state.robot("Robot1").position)
     via = [*q[:4], q[4] + 0.2, q[5]]
-    path = "".join(f"\tsignal_async_progress({i})\n\tmovej({to},a=1.4,v=1.0,r={radius})\n"
-                   for i, (to, radius) in enumerate(((via, 0.01), (q, 0.0))))
+    path = "".join(f"\tmovej({to},a=1.4,v=1.0,r={radius})\n" for to, radius in ((via, 0.01), (q, 0.0)))
     control = Control(opened, ports, path)
     control.wait(lambda s: s["output_int_register_0"] == READY)
     control.write(PATH)
@@ -188,6 +343,20 @@ def test_values_that_no_robot_has_end_the_program(robot, opened):
     before = control.wait(lambda s: True)["target_q"]
     control.write(SET_TCP, [0.0, 0.0, 0.0, 1e200, 0.0, 0.0])
     control.wait(lambda s: s["runtime_state"] == 1)
-    gateway.wait_for_line("input_double_register_3", "allowed")
+    gateway.wait_for_line("set_tcp: allowed: (pose,")
     assert control.wait(lambda s: True)["target_q"] == pytest.approx(before, abs=1e-4)
     control.write(0)
+
+
+def test_the_watchdog_ends_the_program_of_a_client_that_is_silent(robot, opened):
+    _, ports, gateway = robot
+    control = Control(opened, ports)
+    control.do(WATCHDOG, [1.0])
+    began = control.wait(lambda s: True)["timestamp"]
+    while control.wait(lambda s: True)["timestamp"] < began + 2.0:  # it does not bark while the register is written
+        control.write(0)
+    silent = control.wait(lambda s: True)
+    assert silent["runtime_state"] == 2
+    ended = control.wait(lambda s: s["runtime_state"] == 1)["timestamp"]
+    assert ended - silent["timestamp"] > 0.9
+    gateway.wait_for_line("RTDE watchdog: input_int_register_0 is not written often enough. The program ends.")

@@ -30,6 +30,11 @@ struct ForceModeOptions {
   Type type = Type::fixed;
   std::array<double, 6> speed_limit{};  ///< of compliant axes: m/s, rad/s
   double damping = 0.005, gain = 1.0;
+  bool operator==(const ForceModeOptions& other) const {
+    return X_RK.p == other.X_RK.p && X_RK.R == other.X_RK.R && compliant == other.compliant &&
+           wrench == other.wrench && type == other.type && speed_limit == other.speed_limit &&
+           damping == other.damping && gain == other.gain;
+  }
 };
 
 /// From the number that programs write; any other number gives a type that problem_of() refuses.

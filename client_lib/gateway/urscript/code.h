@@ -19,7 +19,7 @@ struct Op {
     store_local,
     make_list,  ///< of the a values on top
     make_pose,
-    make_record,  ///< names: texts[b], texts[b + 1], ..
+    make_record,  ///< names: member_names[b]
     binary,       ///< operator a
     unary,
     jump,           ///< to a
@@ -33,8 +33,8 @@ struct Op {
     mutate,         ///< the same, of a variable's part: paths[a]
     jump_if_given,  ///< local a has a value: to b
     call,           ///< routine a
-    native,         ///< functions()[a]
-    run,            ///< routine a as a thread
+    native,         ///< functions()[a], which has b parameters
+    run,            ///< routine a as a thread; pushes its number
     join,
     kill,
     enter_critical,
@@ -67,6 +67,7 @@ struct Routine {
   std::vector<Op> ops{};
   std::vector<Value> constants{};
   std::vector<std::string> texts{};
+  std::vector<MemberNames> member_names{};
   std::vector<Path> paths{};
 };
 using RoutinePointer = std::shared_ptr<const Routine>;

@@ -355,7 +355,6 @@ class Compiler {
   }
 
   void method(const Expression& e) {
-    if (!is_method(e.name)) not_found(e, e.name);
     if (!is_mutator(e.name)) {
       operands(e, 0);
       emit(Op::Code::method, e, added(current_->routine.texts, e.name),
@@ -377,14 +376,13 @@ class Compiler {
 
   void call(const Expression& e) {
     if (e.name == "struct") {
-      const int first = static_cast<int>(current_->routine.texts.size());
-      for (std::size_t i = 0; i < e.operands.size(); ++i) {
-        if (e.names[i].empty() || std::count(e.names.begin(), e.names.end(), e.names[i]) > 1)
-          fail(e.line, e.column, "struct: allowed: struct(NAME = VALUE, ..), each name once");
-        current_->routine.texts.push_back(e.names[i]);
-      }
+      const std::set<std::string_view> different(e.names.begin(), e.names.end());
+      if (different.size() < e.names.size() || different.count("") > 0)
+        fail(e.line, e.column, "struct: allowed: struct(NAME = VALUE, ..), each name once");
       operands(e, 0);
-      emit(Op::Code::make_record, e, static_cast<int>(e.operands.size()), first);
+      const auto names = std::make_shared<const std::vector<std::string>>(e.names);
+      emit(Op::Code::make_record, e, static_cast<int>(e.operands.size()),
+           added(current_->routine.member_names, names));
       return;
     }
     if (const int found = routine_named(e.name); found >= 0) {
@@ -408,7 +406,8 @@ class Compiler {
   template <class At>
   void native(const Function& function, const At& at) {
     moves_ = moves_ || function.kind == Function::Kind::moves;
-    emit(Op::Code::native, at, static_cast<int>(&function - functions().data()));
+    emit(Op::Code::native, at, static_cast<int>(&function - functions().data()),
+         static_cast<int>(signature_of(function).names.size()));
   }
 
   /// One value for each parameter.

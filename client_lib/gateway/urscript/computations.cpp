@@ -26,11 +26,6 @@ double number(const Value& value) {
   return value.number();
 }
 
-double finite(double value) {
-  if (!std::isfinite(value)) throw ValueError("the result is no finite number");
-  return value;
-}
-
 const std::string& text(const Value& value) {
   if (value.text() == nullptr)
     throw ValueError(std::string("type_error: a text is expected, found ") + value.type_name());
@@ -256,7 +251,7 @@ const std::map<std::string_view, Computation>& computations() {
        }},
       {"length", size_of},
       {"get_list_length", size_of},
-      {"normalize", [](Arguments a) { return apply(Operator::divide, a[0], magnitude(a[0])); }},
+      {"normalize", [](Arguments a) { return apply(Operator::divide, a[0], finite(magnitude(a[0]))); }},
       {"size", matrix_size},
       {"transpose", transpose},
       {"inv", inverse},
@@ -299,13 +294,20 @@ const std::map<std::string_view, Computation>& computations() {
       {"str_find",
        [](Arguments a) {
          const std::string& source = text(a[0]);
-         const std::size_t found = source.find(text(a[1]), a[2].is_none() ? 0 : place(a[2], source.size()));
+         const std::size_t found =
+             position_of(source, text(a[1]), a[2].is_none() ? 0 : place(a[2], source.size()));
          return Value(found == std::string::npos ? -1 : static_cast<int>(found));
        }},
       {"str_len", [](Arguments a) { return Value(static_cast<int>(text(a[0]).size())); }},
       {"str_empty", [](Arguments a) { return Value(text(a[0]).empty()); }},
       {"to_str", [](Arguments a) { return Value(text_of(a[0])); }},
       {"to_num", number_in},
+      {"rpc_factory",
+       [](Arguments a) {
+         static const auto names =
+             std::make_shared<const std::vector<std::string>>(std::vector<std::string>{"type", "url"});
+         return Value::record({text(a[0]), text(a[1])}, names);
+       }},
       {"integer_to_binary_list", bits_of},
       {"binary_list_to_integer", integer_of},
   };

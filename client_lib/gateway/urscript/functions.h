@@ -13,6 +13,7 @@ struct Function {
     solves,    ///< the same, with the robot's kinematics
     reads,     ///< the robot's state and its inputs
     sets,      ///< at once; may stand between two moves that are blended
+    reports,   ///< the same, to log and clients
     acts,      ///< may take time
     ignored,   ///< accepted without an effect
     moves,     ///< the robot: such a program is never a secondary one

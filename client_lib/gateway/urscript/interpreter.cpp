@@ -7,9 +7,9 @@ namespace {
 
 /// Instructions of a look ahead.
 constexpr int kMostLookAhead = 2000;
-/// An instruction on a value of this many cells counts twice.
-constexpr std::size_t kCellsPerWork = 8;
-/// The same of cells times cells, for products of lists.
+/// An operator on lists of this many cells counts twice.
+constexpr std::size_t kCellsPerWork = 2;
+/// The same of cells times cells, for products of matrices.
 constexpr std::size_t kProductsPerWork = 64;
 
 Value pop(std::vector<Value>& stack) {
@@ -26,37 +26,58 @@ void shorten(std::vector<Value>& stack, std::size_t count) {
   stack.resize(stack.size() - count);
 }
 
+/// A call of the controller does more than an instruction.
+int work_of(Function::Kind kind) {
+  constexpr int kSolves = 100, kActs = 100, kReports = 500, kOthers = 10;
+  switch (kind) {
+    case Function::Kind::computes:
+      return 1;
+    case Function::Kind::solves:
+      return kSolves;
+    case Function::Kind::acts:
+    case Function::Kind::moves:
+      return kActs;
+    case Function::Kind::reports:
+      return kReports;
+    default:
+      return kOthers;
+  }
+}
+
+/// Of the values on the stack; what changes a variable counts it itself.
 int work_of(const Op& op, const std::vector<Value>& stack) {
   using enum Op::Code;
-  std::size_t cells = 0;
+  std::size_t work = 1;
   switch (op.code) {
     case binary: {
       const Value &a = stack[stack.size() - 2], &b = stack.back();
-      cells = a.weight() + b.weight();
-      if (a.list() != nullptr && b.list() != nullptr)
-        cells += a.weight() * b.weight() / kProductsPerWork * kCellsPerWork;
+      work += (a.weight() + b.weight() - 2) / kCellsPerWork;
+      const Items *left = a.list(), *right = b.list();
+      if (static_cast<Operator>(op.a) == Operator::multiply && left != nullptr && right != nullptr &&
+          !left->values.empty() && left->values.front().list() != nullptr)
+        work += a.weight() * b.weight() / kProductsPerWork;
       break;
     }
     case make_list:
     case make_pose:
     case make_record:
-      for (const Value& value : top_of(stack, static_cast<std::size_t>(op.a))) cells += value.weight();
+      for (const Value& value : top_of(stack, static_cast<std::size_t>(op.a)))
+        work += (1 + value.weight()) / kCellsPerWork;
       break;
     case native:
-      for (const Value& value :
-           top_of(stack, signature_of(functions()[static_cast<std::size_t>(op.a)]).names.size()))
-        cells += value.weight();
+      work = static_cast<std::size_t>(work_of(functions()[static_cast<std::size_t>(op.a)].kind));
+      for (const Value& value : top_of(stack, static_cast<std::size_t>(op.b))) work += value.weight();
       break;
     case unary:
-    case assign_part:
+      work += stack.back().weight();
+      break;
     case method:
-    case mutate:
-      cells = stack.empty() ? 0 : Value::kMostWeight / 4;
+      work += stack[stack.size() - static_cast<std::size_t>(op.b) - 1].weight();
       break;
     default:
       break;
   }
-  return 1 + static_cast<int>(cells / kCellsPerWork);
+  return static_cast<int>(work);
 }
 
 }  // namespace
@@ -64,7 +85,7 @@ int work_of(const Op& op, const std::vector<Value>& stack) {
 Interpreter::Interpreter(Code code, Host& host) : code_(std::move(code)), host_(host) {
   globals_.resize(code_.symbols.globals.size());
   if (code_.main == nullptr) return;
-  start(code_.main, {Op::Code::run});
+  start(code_.main, {Op::Code::run}, kMostWork);
 }
 
 const Value* Interpreter::global(std::string_view name) const {
@@ -73,15 +94,16 @@ const Value* Interpreter::global(std::string_view name) const {
                                               : &globals_.at(static_cast<std::size_t>(found->second));
 }
 
-ThreadHandle Interpreter::start(const RoutinePointer& routine, const Op& op) {
-  if (threads_.size() >= kMostThreads)
+std::uint64_t Interpreter::start(const RoutinePointer& routine, const Op& op, int work) {
+  if (static_cast<std::size_t>(std::count_if(threads_.begin(), threads_.end(),
+                                             [](const auto& one) { return !one->ended; })) >= kMostThreads)
     throw ScriptError(op.line, op.column, "more than " + std::to_string(kMostThreads) + " threads run");
   auto thread = std::make_unique<Thread>();
   thread->number = next_thread_++;
-  thread->work = kMostWork / static_cast<int>(kMostThreads);
+  thread->work = work;
   push_frame(*thread, routine);
   threads_.push_back(std::move(thread));
-  return {threads_.back()->number};
+  return threads_.back()->number;
 }
 
 void Interpreter::end(Thread& thread) {
@@ -104,6 +126,7 @@ bool Interpreter::advance() {
   }
   for (bool progresses = true; progresses;) {
     progresses = false;
+    std::erase_if(threads_, [](const auto& thread) { return thread->ended; });
     for (std::size_t i = 0; i < threads_.size(); ++i) {  // a thread that is started comes to the end
       Thread& thread = *threads_[i];
       if (thread.ended || thread.waits || (critical_ && critical_ != thread.number)) continue;
@@ -119,8 +142,21 @@ bool Interpreter::advance() {
       }
     }
   }
-  std::erase_if(threads_, [](const auto& thread) { return thread->ended; });
+  check_cells();
   return true;
+}
+
+void Interpreter::check_cells() const {
+  std::size_t cells = 0;
+  for (const Value& value : globals_) cells += value.weight();
+  for (const auto& thread : threads_)
+    for (const Value& value : thread->stack) cells += value.weight();
+  if (cells <= kMostCells) return;
+  const Frame& frame = threads_.front()->frames.back();
+  const Op& op = frame.routine->ops[frame.op];
+  throw ScriptError(
+      op.line, op.column,
+      "the variables hold more than " + std::to_string(kMostCells) + " cells (a number is one)");
 }
 
 std::size_t Interpreter::count_values() const {
@@ -217,8 +253,7 @@ void Interpreter::combine(Thread& thread, const Op& op, const Routine& routine) 
     } else if (op.code == make_pose) {
       stack.push_back(Value::pose(std::move(values)));
     } else {
-      const auto names = routine.texts.begin() + op.b;
-      stack.push_back(Value::record(std::move(values), {names, names + op.a}));
+      stack.push_back(Value::record(std::move(values), routine.member_names[static_cast<std::size_t>(op.b)]));
     }
   }
 }
@@ -231,6 +266,7 @@ void Interpreter::change_part(Thread& thread, const Op& op, std::vector<Value>& 
       path.global ? static_cast<std::size_t>(path.slot) : frame.base + static_cast<std::size_t>(path.slot);
   const Value variable = path.global ? globals.at(slot) : stack.at(slot);
   if (variable.is_none()) throw ValueError("the variable has no value yet");
+  thread.work -= static_cast<int>(variable.weight()) * (path.method.empty() ? 1 : 2);
   const std::size_t behind = path.method.empty() ? 1 : path.arguments;
   const std::span<const Value> top = top_of(stack, path.indices + behind), indices = top.first(path.indices);
   Value changed, result;
@@ -328,8 +364,10 @@ bool Interpreter::compute(Thread& thread, const Op& op, std::vector<Value>& glob
     case native: {
       const Function& function = functions()[a];
       if (function.kind != Function::Kind::computes) return false;
-      const std::size_t count = signature_of(function).names.size();
-      finish_call(thread, count, urscript::compute(function, top_of(stack, count)));
+      const auto count = static_cast<std::size_t>(op.b);
+      Value result = urscript::compute(function, top_of(stack, count));
+      thread.work -= static_cast<int>(result.weight());
+      finish_call(thread, count, std::move(result));
       return true;
     }
     case give_back:
@@ -352,21 +390,28 @@ bool Interpreter::control(Thread& thread, const Op& op) {
   using enum Op::Code;
   ++thread.frames.back().op;
   switch (op.code) {
-    case run:
-      thread.stack.emplace_back(start(code_.symbols.routines[static_cast<std::size_t>(op.a)], op));
+    case run: {
+      const int work = std::min(thread.work, kMostWork / static_cast<int>(kMostThreads));
+      thread.work -= work;
+      thread.stack.push_back(Value::whole(
+          static_cast<double>(start(code_.symbols.routines[static_cast<std::size_t>(op.a)], op, work))));
       return true;
+    }
     case join:
     case kill: {
       const Value handle = pop(thread.stack);
-      if (handle.thread() == nullptr)
+      if (!handle.is_number())
         throw ValueError(std::string("type_error: a thread is expected, found ") + handle.type_name());
-      if (op.code == join) {
-        thread.joins = handle.thread()->number;
-        return false;
-      }
-      for (const auto& one : threads_)
-        if (one->number == handle.thread()->number && !one->ended) end(*one);
-      return !thread.ended;
+      // Programs write 0 where they have no thread.
+      const auto found = std::find_if(threads_.begin(), threads_.end(), [&](const auto& one) {
+        return one->number > 0 && static_cast<double>(one->number) == handle.number() && !one->ended;
+      });
+      if (found == threads_.end()) return true;
+      if (op.code == kill)
+        end(**found);
+      else
+        thread.joins = (*found)->number;
+      return op.code == kill && !thread.ended;
     }
     case enter_critical:
       ++thread.critical;
@@ -387,7 +432,7 @@ bool Interpreter::control(Thread& thread, const Op& op) {
 
 bool Interpreter::native(Thread& thread, const Op& op) {
   const Function& function = functions()[static_cast<std::size_t>(op.a)];
-  const std::size_t count = signature_of(function).names.size();
+  const auto count = static_cast<std::size_t>(op.b);
   Frame& frame = thread.frames.back();
   Outcome outcome = host_.call({function,
                                 top_of(thread.stack, count),
@@ -421,7 +466,7 @@ std::optional<Interpreter::Foreseen> Interpreter::next_move(std::uint64_t number
   ahead.globals.resize(code_.symbols.globals.size());
   thread.work = kMostLookAhead;
   const Op& present = thread.frames.back().routine->ops[thread.frames.back().op];
-  finish_call(thread, signature_of(functions()[static_cast<std::size_t>(present.a)]).names.size(), {});
+  finish_call(thread, static_cast<std::size_t>(present.b), {});
   try {
     while (thread.work > 0 && !ahead.found) {
       const Frame& frame = thread.frames.back();
@@ -442,7 +487,7 @@ bool Interpreter::look(Thread& thread, const Op& op, Look& ahead) const {
 
 bool Interpreter::look_at_native(Thread& thread, const Op& op, Look& ahead) const {
   const Function& function = functions()[static_cast<std::size_t>(op.a)];
-  const std::size_t count = signature_of(function).names.size();
+  const auto count = static_cast<std::size_t>(op.b);
   const std::span<const Value> arguments = top_of(thread.stack, count);
   Frame& frame = thread.frames.back();
   switch (function.kind) {
@@ -465,6 +510,7 @@ bool Interpreter::look_at_native(Thread& thread, const Op& op, Look& ahead) cons
       return true;
     }
     case Function::Kind::sets:
+    case Function::Kind::reports:
     case Function::Kind::ignored:
       finish_call(thread, count, {});
       return true;

@@ -51,6 +51,8 @@ class Interpreter {
   /// Instructions of all threads in a cycle; one that handles long values counts for several.
   static constexpr int kMostWork = 10'000;
   static constexpr std::size_t kMostThreads = 50, kMostFrames = 200, kMostValues = 4096;
+  /// Of all variables and values in work, at the end of a cycle.
+  static constexpr std::size_t kMostCells = 1'000'000;
 
   /// The host outlives it.
   Interpreter(Code code, Host& host);
@@ -108,10 +110,12 @@ class Interpreter {
   static void push_frame(Thread& thread, RoutinePointer routine);
   static void leave_frame(Thread& thread);
   static void finish_call(Thread& thread, std::size_t arguments, Value result);
-  ThreadHandle start(const RoutinePointer& routine, const Op& op);
+  /// Its number, from 0 on: the program itself has 0.
+  std::uint64_t start(const RoutinePointer& routine, const Op& op, int work);
   void end(Thread& thread);
   bool is_alive(std::uint64_t number) const;
   std::size_t count_values() const;
+  void check_cells() const;
 
   Code code_;
   Host& host_;

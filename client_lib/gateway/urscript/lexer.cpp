@@ -15,15 +15,6 @@ constexpr std::array<std::string_view, 26> kKeywords{
     "continue", "return", "global", "local", "and",  "or",   "xor",  "not",   "True",
     "False",    "true",   "false",  "run",   "join", "kill", "halt", "for"};
 constexpr std::array<std::string_view, 4> kPairs{"==", "!=", "<=", ">="};
-/// Integers have 32 bits, and no quantity of a robot is larger.
-constexpr double kLargest = 2147483648.0;
-
-bool is_letter(char c) {
-  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
-}
-bool is_digit(char c) {
-  return c >= '0' && c <= '9';
-}
 
 class Lexer {
  public:
@@ -97,8 +88,8 @@ class Lexer {
       ++end;
     const std::string_view digits = text_.substr(at_, end - at_);
     const auto [last, problem] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-    if (problem != std::errc{} || last != digits.data() + digits.size() || !(value <= kLargest))
-      fail(std::string(digits) + ": allowed: numbers up to 2147483648");
+    if (problem != std::errc{} || last != digits.data() + digits.size())
+      fail(std::string(digits.substr(0, 80)) + " is no number; allowed: e.g. 1, 2.5, 1e-3");
     const bool whole = std::all_of(digits.begin(), digits.end(), is_digit);
     Token& token = add(Token::Kind::number, std::string(digits));
     token.number = value;

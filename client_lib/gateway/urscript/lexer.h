@@ -15,6 +15,14 @@ struct Token {
   int line = 1, column = 1;
 };
 
+/// Of names, which may begin with a letter.
+inline bool is_letter(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
+}
+inline bool is_digit(char c) {
+  return c >= '0' && c <= '9';
+}
+
 /// Comments and program labels ($ 2 "MoveJ") are left out. The last token is end_of_text. Throws ScriptError.
 std::vector<Token> tokens_of(std::string_view text);
 

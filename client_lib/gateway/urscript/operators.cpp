@@ -15,11 +15,6 @@ constexpr std::array<std::string_view, 14> kNames{
                    a.type_name() + " and " + b.type_name());
 }
 
-double finite(double number) {
-  if (!std::isfinite(number)) throw ValueError("the result is no finite number");
-  return number;
-}
-
 bool is_matrix(const Value& value) {
   const Items* list = value.list();
   return list != nullptr && !list->values.empty() && list->values.front().list() != nullptr;
@@ -111,9 +106,11 @@ std::size_t place_in(const Value& value, const Step& step, const Value* index) {
     throw ValueError(std::string("type_error: ") + value.type_name() + " has no " +
                      (index != nullptr ? "elements" : "member " + step.member));
   if (index != nullptr) return position(*index, items->values.size());
-  const auto found = std::find(items->names.begin(), items->names.end(), step.member);
-  if (found == items->names.end()) throw ValueError("the struct has no member " + step.member);
-  return static_cast<std::size_t>(found - items->names.begin());
+  if (!items->names)
+    throw ValueError(std::string("type_error: ") + value.type_name() + " has no member " + step.member);
+  const auto found = std::find(items->names->begin(), items->names->end(), step.member);
+  if (found == items->names->end()) throw ValueError("the struct has no member " + step.member);
+  return static_cast<std::size_t>(found - items->names->begin());
 }
 
 Value with_element(const Value& value, std::size_t at, Value element) {
@@ -149,6 +146,11 @@ const Method* method_of(std::string_view name) {
 }
 
 }  // namespace
+
+double finite(double number) {
+  if (!std::isfinite(number)) throw ValueError("the result is no finite number");
+  return number;
+}
 
 bool truth_of(const Value& value) {
   if (value.flag() == nullptr)
@@ -219,9 +221,6 @@ Value with_part(const Value& value, std::span<const Step> steps, std::span<const
   return with_element(value, at, with_part(inner, rest, indices.subspan(1), part));
 }
 
-bool is_method(std::string_view name) {
-  return method_of(name) != nullptr;
-}
 bool is_mutator(std::string_view name) {
   return method_of(name) != nullptr && method_of(name)->mutates;
 }
@@ -230,7 +229,10 @@ MethodResult call_method(const Value& list, std::string_view name, std::span<con
   const Method* method = method_of(name);
   const Items* items = list.list();
   if (method == nullptr || items == nullptr)
-    throw ValueError(std::string(list.type_name()) + " has no method " + std::string(name));
+    throw ValueError("type_error: " + std::string(list.type_name()) + " has no method " + std::string(name) +
+                     (list.record() != nullptr
+                          ? "; remote procedures have no counterpart in takt, sockets are allowed"
+                          : ""));
   if (arguments.size() != method->arguments)
     throw ValueError(std::string(name) + ": allowed: " + std::to_string(method->arguments) + " arguments");
   std::vector<Value> values = items->values;

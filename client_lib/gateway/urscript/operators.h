@@ -26,6 +26,8 @@ enum class Operator : std::uint8_t {
 /// Of numbers; of lists element by element; matrix * matrix, matrix * list; a list with a number.
 Value apply(Operator binary, const Value& a, const Value& b);
 Value apply(Operator unary, const Value& a);
+/// Throws for infinities and NaN.
+double finite(double number);
 /// Throws where it is neither True nor False.
 bool truth_of(const Value& value);
 
@@ -46,8 +48,6 @@ struct MethodResult {
   Value result;  ///< what the call returns
 };
 MethodResult call_method(const Value& list, std::string_view method, std::span<const Value> arguments);
-/// Nothing is known of a method of another name.
-bool is_method(std::string_view name);
 /// It changes the list.
 bool is_mutator(std::string_view name);
 

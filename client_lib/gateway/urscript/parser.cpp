@@ -68,10 +68,9 @@ class Parser {
   void skip_lines() {
     while (token().kind == Token::Kind::end_of_line) ++at_;
   }
-  void end_line() {
-    if (token().kind != Token::Kind::end_of_line)
-      fail("one statement in a line is allowed, found " + shown());
-    ++at_;
+  bool at_end_of_statement() const {
+    return token().kind == Token::Kind::end_of_line || is_keyword("end") || is_keyword("else") ||
+           is_keyword("elif");
   }
 
   // --- statements ---
@@ -135,8 +134,7 @@ class Parser {
     } else {
       simple(result);
     }
-    end_line();
-    return result;
+    return result;  // the next statement may stand in the same line
   }
 
   void branch(Statement& result) {
@@ -163,7 +161,7 @@ class Parser {
     if (word("break", Kind::loop_break) || word("continue", Kind::loop_continue)) return;
     if (word("halt", Kind::halt)) return brackets();
     if (word("return", Kind::function_return)) {
-      if (token().kind != Token::Kind::end_of_line) result.expressions.push_back(expression());
+      if (!at_end_of_statement()) result.expressions.push_back(expression());
       return;
     }
     if (word("join", Kind::join) || word("kill", Kind::kill)) {
@@ -260,6 +258,7 @@ class Parser {
   }
   Expression negation() {
     const Nesting nesting(*this);
+    skip_lines();  // an expression may go on in the next line where a value is missing
     const Expression at = here();
     if (!takes_keyword("not")) return comparison();
     Expression result = node(Expression::Kind::unary, at, {negation()});
@@ -297,6 +296,7 @@ class Parser {
   }
   Expression sign() {
     const Nesting nesting(*this);
+    skip_lines();
     const Expression at = here();
     if (takes_symbol("+")) return sign();
     if (!takes_symbol("-")) return postfix();

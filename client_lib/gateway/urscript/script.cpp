@@ -3,29 +3,39 @@
 #include <algorithm>
 #include <charconv>
 
+#include "client_lib/gateway/urscript/lexer.h"
+
 namespace takt::urscript {
 namespace {
 
 bool is_blank(char c) {
   return c == ' ' || c == '\t' || c == '\r';
 }
-bool is_letter(char c) {
-  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
-}
-bool is_digit(char c) {
-  return c >= '0' && c <= '9';
+
+/// Calls `visit` with each byte outside of texts and comments, and its position.
+template <class Visit>
+void for_each_byte(std::string_view line, const Visit& visit) {
+  char quote = 0;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const char c = line[i];
+    if (quote != 0) {
+      if (c == quote) quote = 0;
+    } else if (c == '"' || c == '\'') {
+      quote = c;
+    } else if (!visit(c, i)) {
+      return;
+    }
+  }
 }
 
 /// Without a comment and blanks at the end.
 std::string_view code_of(std::string_view line) {
-  bool quoted = false;
-  for (std::size_t i = 0; i < line.size(); ++i) {
-    if (line[i] == '"') quoted = !quoted;
-    if (line[i] == '#' && !quoted) {
-      line = line.substr(0, i);
-      break;
-    }
-  }
+  std::size_t end = line.size();
+  for_each_byte(line, [&](char c, std::size_t i) {
+    if (c == '#') end = i;
+    return c != '#';
+  });
+  line = line.substr(0, end);
   while (!line.empty() && is_blank(line.back())) line.remove_suffix(1);
   return line;
 }
@@ -41,10 +51,30 @@ std::string_view first_word(std::string_view code) {
   return code.substr(0, end);
 }
 
-bool opens_block(std::string_view code) {
-  const std::string_view word = first_word(code);
+bool opens_block(std::string_view word) {
   return word == "def" || word == "sec" || word == "thread" || word == "while" || word == "for" ||
          word == "if";
+}
+
+/// Blocks that are open behind a line's code, of those before it.
+int depth_behind(std::string_view code, int depth) {
+  if (code.substr(0, 1) == "$") return depth;  // a label
+  std::size_t begin = 0;
+  bool in_word = false;
+  const auto end_word = [&](std::size_t end) {
+    const std::string_view word = code.substr(begin, end - begin);
+    if (opens_block(word)) ++depth;
+    if (word == "end" && depth > 0) --depth;
+  };
+  for_each_byte(code, [&](char c, std::size_t i) {
+    const bool is_word = is_letter(c) || is_digit(c);
+    if (is_word && !in_word) begin = i;
+    if (!is_word && in_word) end_word(i);
+    in_word = is_word;
+    return true;
+  });
+  if (in_word) end_word(code.size());
+  return depth;
 }
 
 struct Line {
@@ -129,87 +159,26 @@ std::optional<ExternalControl> external_control_of(std::string_view text) {
   return external;
 }
 
-/// The number of "global NAME = NUMBER"; comments may stand between.
-int offset_of(const std::vector<Line>& lines, std::string_view name) {
-  const std::string head = "global " + std::string(name) + " =";
-  for (std::size_t i = 0; i < lines.size(); ++i) {
-    std::string_view code = lines[i].code;
-    if (code.substr(0, head.size()) != head) continue;
-    code = trimmed(code.substr(head.size()));
-    if (code.empty() && i + 1 < lines.size()) code = lines[i + 1].code;
-    int number = -1;
-    std::from_chars(code.data(), code.data() + code.size(), number);
-    if (number < 0 || number > 24)
-      throw ScriptError(lines[i].number, lines[i].column,
-                        std::string(name) + ": allowed: 0 to 24, the first RTDE register");
-    return number;
-  }
-  return 0;
-}
-
-std::optional<RegisterControl> register_control_of(std::string_view text, const std::vector<Line>& lines) {
-  for (const std::string_view mark : {"def process_cmd():", "def rtde_cmd():", "reg_offset_int"})
-    if (text.find(mark) == std::string_view::npos) return std::nullopt;
-  RegisterControl control{offset_of(lines, "reg_offset_float"), offset_of(lines, "reg_offset_int"), {}, {}};
-  constexpr std::string_view kCommand = "cmd == ";
-  std::size_t begin = lines.size(), end = lines.size();
-  for (std::size_t i = 0; i < lines.size(); ++i) {
-    const std::string_view code = lines[i].code;
-    if (first_word(code) == "if" && code.find(kCommand) != code.rfind(kCommand)) {
-      for (std::size_t at = code.find(kCommand); at != std::string_view::npos;
-           at = code.find(kCommand, at + 1)) {
-        int number = 0;
-        std::from_chars(code.data() + at + kCommand.size(), code.data() + code.size(), number);
-        control.realtime_commands.push_back(number);
-      }
-    }
-    if (code == "def exec_move_path():") begin = i + 1;
-    if (code == "end" && begin < i && end == lines.size()) end = i;
-  }
-  std::vector<Line> path(lines.begin() + static_cast<std::ptrdiff_t>(std::min(begin, end)),
-                         lines.begin() + static_cast<std::ptrdiff_t>(end));
-  std::vector<std::string> replaced;
-  replaced.reserve(path.size());
-  constexpr std::string_view kProgress = "signal_async_progress(";
-  for (Line& line : path)
-    if (line.code.substr(0, kProgress.size()) == kProgress)
-      line.code = replaced.emplace_back("write_output_integer_register(2, " +
-                                        std::string(line.code.substr(kProgress.size())));
-  control.path = code_of_lines(path, 0, path.size());
-  return control;
-}
-
 }  // namespace
 
 std::optional<std::string> ScriptStream::next() {
-  std::size_t begin = 0;
-  while (!broken_) {
-    // Lines from `begin` on until the block that the first one opens is closed.
-    std::size_t at = begin;
-    int depth = 0;
-    for (;;) {
-      const std::size_t end = buffer_.find('\n', at);
-      if (end == std::string::npos) {
-        buffer_.erase(0, begin);
-        broken_ = buffer_.size() > kMostBytes;
-        return std::nullopt;
-      }
-      const std::string_view code = trimmed(code_of(std::string_view(buffer_).substr(at, end - at)));
-      if (opens_block(code)) ++depth;
-      if (code == "end" && depth > 0) --depth;
-      at = end + 1;
-      if (depth == 0) {
-        if (code.empty()) {  // an empty line or a comment
-          begin = at;
-          break;
-        }
-        std::string text = buffer_.substr(begin, end - begin);
-        buffer_.erase(0, at);
-        return text;
-      }
+  for (;;) {
+    const std::size_t end = buffer_.find('\n', std::max(line_, searched_));
+    if (end == std::string::npos) {
+      buffer_.erase(0, begin_);
+      line_ -= begin_;
+      begin_ = 0;
+      searched_ = buffer_.size();
+      return std::nullopt;
     }
+    const std::string_view code = trimmed(code_of(std::string_view(buffer_).substr(line_, end - line_)));
+    depth_ = depth_behind(code, depth_);
+    line_ = end + 1;
+    if (depth_ > 0) continue;
+    std::string text = buffer_.substr(begin_, end - begin_);
+    begin_ = line_;
+    if (!code.empty()) return text;  // else an empty line or a comment
   }
-  return std::nullopt;
 }
 
 Program parse_program(std::string_view text) {
@@ -217,8 +186,7 @@ Program parse_program(std::string_view text) {
   Program program;
   if (lines.empty()) return program;
   program.external = external_control_of(text);
-  program.registers = register_control_of(text, lines);
-  if (!program.external && !program.registers) {
+  if (!program.external) {
     const Definition definition = parse(text);
     if (!definition.parameters.empty())
       throw ScriptError(definition.line, definition.column, "syntax_error: a program has no parameters");
@@ -238,7 +206,6 @@ Program parse_program(std::string_view text) {
       throw ScriptError(lines.back().number, lines.back().column, "syntax_error: the program has no 'end'");
     end = lines.size() - 1;
   }
-  if (program.registers) return program;
   // What follows the control loop; its own lines are what takt does in its place.
   const std::size_t mark = text.find("# NODE_CONTROL_LOOP_ENDS");
   const auto first =

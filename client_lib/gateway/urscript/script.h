@@ -1,7 +1,6 @@
 #pragma once
 // Programs that clients send to a UR controller. takt runs URScript (code.h, interpreter.h); the external control program of a
-// driver is recognised by its sockets, that of ur_rtde by its functions: takt does what their statements do
-// (docs/controllers.md).
+// driver is recognised by its sockets: takt does what its statements do (docs/controllers.md).
 //
 //   def close_and_wait():          # or: sec NAME(): a secondary program, beside the running one
 //     set_standard_digital_out(0, True)
@@ -26,18 +25,10 @@ struct ExternalControl {
       false;  ///< the text writes output float register 1: seconds of the present spline
 };
 
-/// The control program of ur_rtde (SDU Robotics), which a client commands by numbers in RTDE registers.
-struct RegisterControl {
-  int first_double = 0, first_int = 0;  ///< registers
-  std::vector<int> realtime_commands;   ///< those that the text executes in each cycle
-  Code path{};                          ///< of exec_move_path()
-};
-
 struct Program {
   std::string name;
   bool secondary = false;
   std::optional<ExternalControl> external;
-  std::optional<RegisterControl> registers;
   Code code{};  ///< of an external control program: the statements that follow its control loop
 };
 
@@ -48,12 +39,14 @@ class ScriptStream {
   void add(std::string_view bytes) { buffer_.append(bytes); }
   /// The next program or line, without its last end of line; comments and empty lines are left out.
   std::optional<std::string> next();
-  /// A program is longer than kMostBytes.
-  bool broken() const { return broken_; }
+  /// A program is longer than kMostBytes. After next() has found no more.
+  bool broken() const { return buffer_.size() > kMostBytes; }
 
  private:
   std::string buffer_;
-  bool broken_ = false;
+  std::size_t begin_ = 0, line_ = 0;  ///< of the program, and of the line that is looked at next
+  std::size_t searched_ = 0;          ///< no end of line lies between that line's begin and here
+  int depth_ = 0;                     ///< blocks that are open before that line
 };
 
 /// A whole program, or statements as a program without a name. Throws ScriptError for text that is no URScript, and for

@@ -57,7 +57,7 @@ Value Value::pose(const std::vector<double>& numbers) {
   return pose(std::vector<Value>(numbers.begin(), numbers.end()));
 }
 
-Value Value::record(std::vector<Value> values, std::vector<std::string> names) {
+Value Value::record(std::vector<Value> values, MemberNames names) {
   for (const Value& value : values)
     if (value.is_none()) throw ValueError("a member of a struct has no value");
   const std::size_t size = values.size();
@@ -92,19 +92,31 @@ const char* Value::type_name() const {
   if (text() != nullptr) return "a text";
   if (list() != nullptr) return "a list";
   if (pose() != nullptr) return "a pose";
-  return record() != nullptr ? "a struct" : "a thread";
-}
-
-bool Value::same_type(const Value& other) const {
-  return std::string_view(type_name()) == other.type_name();
+  return "a struct";
 }
 
 bool Value::operator==(const Value& other) const {
   if (is_number() && other.is_number()) return number() == other.number();
   if (const Items* a = items(), *b = other.items(); a != nullptr && b != nullptr)
-    return a->kind == b->kind && a->names == b->names && a->values == b->values;
+    return a->kind == b->kind && (a->names == b->names || (a->names && b->names && *a->names == *b->names)) &&
+           a->values == b->values;
   if (const std::string* a = text(), *b = other.text(); a != nullptr && b != nullptr) return *a == *b;
   return data_ == other.data_;
+}
+
+// Knuth, Morris, Pratt.
+std::size_t position_of(std::string_view text, std::string_view target, std::size_t from) {
+  if (from > text.size()) return std::string_view::npos;
+  std::vector<std::size_t> border(target.size() + 1,
+                                  0);  // of the first i bytes: the longest end that is a begin
+  const auto with = [&](std::size_t matched, char next) {
+    while (matched > 0 && target[matched] != next) matched = border[matched];
+    return matched + (target[matched] == next ? 1 : 0);
+  };
+  for (std::size_t i = 1; i < target.size(); ++i) border[i + 1] = with(border[i], target[i]);
+  std::size_t matched = 0, at = from;
+  for (; matched < target.size() && at < text.size(); ++at) matched = with(matched, text[at]);
+  return matched == target.size() ? at - matched : std::string_view::npos;
 }
 
 std::vector<double> numbers_of(const Value& value) {
@@ -133,13 +145,13 @@ std::string text_of(const Value& value) {
     return digits.data();
   }
   const Items* items = value.items();
-  if (items == nullptr) return value.is_none() ? "None" : "thread " + std::to_string(value.thread()->number);
+  if (items == nullptr) return "None";
   std::string text = items->kind == Items::Kind::list   ? "["
                      : items->kind == Items::Kind::pose ? "p["
                                                         : "struct(";
   for (std::size_t i = 0; i < items->values.size(); ++i) {
     if (i > 0) text += ", ";
-    if (i < items->names.size()) text += items->names[i] + "=";
+    if (items->names) text += (*items->names)[i] + "=";
     text += text_of(items->values[i]);
   }
   return text + (items->kind == Items::Kind::record ? ")" : "]");

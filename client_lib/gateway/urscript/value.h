@@ -30,20 +30,18 @@ class ValueError : public std::runtime_error {
 
 class Value;
 
+/// Of a struct's members. All values that come from one place of a program share them.
+using MemberNames = std::shared_ptr<const std::vector<std::string>>;
+
 /// The elements of a list, a pose or a struct.
 struct Items {
   enum class Kind : std::uint8_t { list, pose, record };
   Kind kind = Kind::list;
   std::vector<Value> values;
-  std::vector<std::string> names{};  ///< of a struct's members
-  std::size_t capacity = 0;          ///< of a list
-  std::size_t weight = 1;            ///< cells of all that it contains
+  MemberNames names{};       ///< of a struct
+  std::size_t capacity = 0;  ///< of a list
+  std::size_t weight = 1;    ///< cells of all that it contains
   int depth = 1;
-};
-
-struct ThreadHandle {
-  std::uint64_t number = 0;
-  bool operator==(const ThreadHandle&) const = default;
 };
 
 class Value {
@@ -59,7 +57,6 @@ class Value {
   Value(double number) : data_(number) {}                // NOLINT(google-explicit-constructor)
   Value(std::string text);                               // NOLINT(google-explicit-constructor)
   Value(const char* text) : Value(std::string(text)) {}  // NOLINT(google-explicit-constructor)
-  Value(ThreadHandle thread) : data_(thread) {}          // NOLINT(google-explicit-constructor)
   /// A list of numbers.
   Value(const std::vector<double>& numbers);  // NOLINT(google-explicit-constructor)
   /// Elements of one type. Throws ValueError for others, and for too many.
@@ -67,7 +64,7 @@ class Value {
   /// Throws ValueError unless there are six numbers.
   static Value pose(std::vector<Value> values);
   static Value pose(const std::vector<double>& numbers);
-  static Value record(std::vector<Value> values, std::vector<std::string> names);
+  static Value record(std::vector<Value> values, MemberNames names);
   /// An integer; a real number where it has more than 32 bits.
   static Value whole(double number);
 
@@ -85,12 +82,11 @@ class Value {
   const Items* list() const { return of(Items::Kind::list); }
   const Items* pose() const { return of(Items::Kind::pose); }
   const Items* record() const { return of(Items::Kind::record); }
-  const ThreadHandle* thread() const { return std::get_if<ThreadHandle>(&data_); }
   std::size_t weight() const;
   /// e.g. "a number", for messages.
   const char* type_name() const;
   /// Values of both types may stand in one list.
-  bool same_type(const Value& other) const;
+  bool same_type(const Value& other) const { return type() == other.type(); }
   bool operator==(const Value& other) const;
 
  private:
@@ -99,11 +95,19 @@ class Value {
     return found != nullptr && found->kind == kind ? found : nullptr;
   }
   static Value make(Items items);
+  /// One number for each type; integers and reals have one type.
+  std::size_t type() const {
+    const Items* inner = items();
+    return inner != nullptr ? 16 + static_cast<std::size_t>(inner->kind) : is_number() ? 8 : data_.index();
+  }
 
-  std::variant<std::monostate, bool, std::int32_t, double, ThreadHandle, std::shared_ptr<const std::string>,
+  std::variant<std::monostate, bool, std::int32_t, double, std::shared_ptr<const std::string>,
                std::shared_ptr<const Items>>
       data_;
 };
+
+/// As std::string_view::find; its time does not grow with the product of both lengths.
+std::size_t position_of(std::string_view text, std::string_view target, std::size_t from = 0);
 
 /// The numbers of a list or pose; nothing else. Throws ValueError.
 std::vector<double> numbers_of(const Value& value);

@@ -71,6 +71,28 @@ Value forward(const Reading& r) {
   return pose_value(vector_of(c.to_base(X_RT)));
 }
 
+/// Column by column: the twist of the TCP in the protocol's base at one joint's rate of 1 rad/s.
+Value jacobian(const Reading& r) {
+  const UrController& c = r.controller;
+  const Vector6 q = r.arguments.given(0) ? r.arguments.joints(0) : c.actual_position();
+  Vec3 lever = Vec3::Zero();  // from the active TCP to the given one
+  if (r.arguments.given(1)) {
+    const Pose X_RT = c.motion().tool_pose(q);
+    lever = (X_RT * c.motion().tool().inverse() * pose_of(r.arguments.pose(1))).p - X_RT.p;
+  }
+  std::array<std::vector<double>, 6> rows;
+  for (std::size_t joint = 0; joint < 6; ++joint) {
+    Vector6 rate{};
+    rate.at(joint) = 1.0;
+    Vector6 twist = c.motion().tool_speed(q, rate);
+    const Vec3 moved = Vec3(twist[3], twist[4], twist[5]).cross(lever);
+    for (std::size_t i = 0; i < 3; ++i) twist.at(i) += moved[static_cast<Eigen::Index>(i)];
+    twist = c.turned(twist, true);
+    for (std::size_t i = 0; i < 6; ++i) rows.at(i).push_back(twist.at(i));
+  }
+  return Value::list(std::vector<Value>(rows.begin(), rows.end()));
+}
+
 Value within_limits(const Reading& r) {
   const Motion& motion = r.controller.motion();
   if (r.arguments[0].list() != nullptr) return motion.within_limits(r.arguments.joints(0));
@@ -104,6 +126,12 @@ const std::map<std::string_view, Reader>& readers() {
       {"get_actual_joint_positions", [](R r) { return list_value(r.controller.actual_position()); }},
       {"get_joint_positions", [](R r) { return list_value(r.controller.actual_position()); }},
       {"get_target_joint_positions", [](R r) { return list_value(r.controller.target_position()); }},
+      {"get_actual_joint_positions_history",
+       [](R r) {
+         const double steps = r.arguments.given(0) ? r.arguments.number(0) : 0.0;
+         if (steps < 0.0) r.arguments.fail("0 to 500 steps");
+         return list_value(r.controller.position_before(static_cast<std::size_t>(steps)));
+       }},
       {"get_actual_joint_speeds", [](R r) { return list_value(r.controller.actual_velocity()); }},
       {"get_joint_speeds", [](R r) { return list_value(r.controller.actual_velocity()); }},
       {"get_target_joint_speeds", [](R r) { return list_value(r.controller.target_velocity()); }},
@@ -111,6 +139,13 @@ const std::map<std::string_view, Reader>& readers() {
        [](R r) { return list_value(r.controller.motion().acceleration()); }},
       {"get_actual_tcp_pose", [](R r) { return tcp_pose(r.controller, r.controller.actual_position()); }},
       {"get_target_tcp_pose", [](R r) { return tcp_pose(r.controller, r.controller.target_position()); }},
+      {"get_actual_tool_flange_pose",
+       [](R r) {
+         const UrController& c = r.controller;
+         return pose_value(
+             vector_of(c.to_base(c.motion().tool_pose(c.actual_position()) * c.motion().tool().inverse())));
+       }},
+      {"get_target_waypoint", [](R r) { return tcp_pose(r.controller, r.controller.motion().end()); }},
       {"get_actual_tcp_speed",
        [](R r) {
          return tcp_speed(r.controller, r.controller.actual_position(), r.controller.actual_velocity());
@@ -125,6 +160,12 @@ const std::map<std::string_view, Reader>& readers() {
          const Vector6& f = r.controller.contact_force();
          return Value(std::hypot(f[0], f[1], f[2]));
        }},
+      {"tool_contact",
+       [](R r) {
+         const Vector6 direction = r.arguments.given(0) ? r.arguments.six(0) : Vector6{};
+         return Value(r.controller.contact_cycles({direction[0], direction[1], direction[2]}));
+       }},
+      {"get_freedrive_status", [](R) { return Value(0); }},
       {"get_tcp_offset", [](R r) { return pose_value(r.controller.tcp_offset()); }},
       {"get_joint_torques", [](R r) { return list_value(r.controller.actual_effort()); }},
       {"get_target_payload", [](R r) { return Value(r.controller.payload().mass_kg); }},
@@ -144,6 +185,7 @@ const std::map<std::string_view, Reader>& readers() {
          return list_value(*q);
        }},
       {"get_inverse_kin_has_solution", [](R r) { return Value(inverse(r).has_value()); }},
+      {"get_jacobian", jacobian},
       {"is_within_safety_limits", within_limits},
   };
   return all;
@@ -200,9 +242,41 @@ void begin_force_mode(UrController& c, A a) {
   c.start_force_mode(options);
 }
 
+void begin_freedrive(UrController& c, A a) {
+  std::array<bool, 6> axes{};
+  axes.fill(true);
+  Pose X_RK = c.from_base({});
+  if (a.function() == "freedrive_mode") {
+    if (a.given(0)) {
+      const Vector6 free = a.six(0);
+      std::transform(free.begin(), free.end(), axes.begin(), [](double one) { return one != 0.0; });
+    }
+    if (a.given(1)) X_RK = c.from_base(pose_of(a.pose(1)));
+  }
+  c.start_freedrive(axes, X_RK);
+}
+
+void set_sensor_of_client(UrController& c, A a) {
+  const auto three = [&](std::size_t i) {
+    const std::vector<double> v = a.given(i) ? a.numbers(i, 3) : std::vector<double>(3, 0.0);
+    return Vec3(v[0], v[1], v[2]);
+  };
+  c.set_driver_sensor({a.flag(0), three(2), three(3), a.number(1, 0.0)});
+}
+
+void set_watchdog(UrController& c, A a) {
+  enum class Action : std::uint8_t { none, pauses, ends };
+  static const std::map<std::string_view, Action> actions{
+      {"ignore", Action::none}, {"pause", Action::pauses}, {"stop", Action::ends}};
+  const auto action = actions.find(a.text(2, "pause"));
+  if (!c.inputs().find(a.text(0)) || a.number(1) <= 0.0 || action == actions.end())
+    a.fail("(the name of an RTDE input, a frequency > 0 Hz, \"ignore\", \"pause\" or \"stop\")");
+  c.set_watchdog(a.text(0), action->second == Action::none ? 0.0 : 1.0 / a.number(1),
+                 action->second == Action::ends);
+}
+
 const std::map<std::string_view, Setter>& setters() {
   static const Setter end_force = [](UrController& c, A) { c.end_force_mode(); };
-  static const Setter freedrive = [](UrController& c, A) { c.start_freedrive(); };
   static const Setter analog = [](UrController& c, A a) { c.set_analog_output(a.whole(0, 1), a.number(1)); };
   static const std::map<std::string_view, Setter> all{
       {"textmsg", [](UrController& c, A a) { c.text(text_of(a[0]) + (a.given(1) ? text_of(a[1]) : "")); }},
@@ -246,11 +320,14 @@ const std::map<std::string_view, Setter>& setters() {
          const int number = a.whole(0, 47);
          c.write_output_double(number, a.number(1));
        }},
+      {"ft_rtde_input_enable", set_sensor_of_client},
+      {"enable_external_ft_sensor", set_sensor_of_client},
+      {"rtde_set_watchdog", set_watchdog},
       {"force_mode", begin_force_mode},
       {"force_mode_set_damping", set_force_mode_option},
       {"force_mode_set_gain_scaling", set_force_mode_option},
-      {"freedrive_mode", freedrive},
-      {"teach_mode", freedrive},
+      {"freedrive_mode", begin_freedrive},
+      {"teach_mode", begin_freedrive},
       {"end_force_mode", end_force},
       {"end_freedrive_mode", end_force},
       {"end_teach_mode", end_force},

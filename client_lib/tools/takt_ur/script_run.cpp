@@ -19,6 +19,8 @@ using urscript::ValueError;
 
 /// Arguments of a move that has begun by a blend, computed again when it is its turn.
 constexpr double kSameTarget = 1e-6;
+/// A servoc without a radius is over; m and rad.
+constexpr double kServoArrived = 1e-4;
 
 bool is_move(std::string_view name) {
   return name == "movej" || name == "movel" || name == "movep" || name == "movec";
@@ -49,7 +51,6 @@ Outcome ScriptRun::call(const HostCall& call) {
     return {false, read_function(controller_, arguments, controller_.motion().position())};
   if (kind == Function::Kind::ignored) return {};
   if (call.function.name == "interpreter_mode") return interpreter_mode(arguments, call.begins);
-  if (kind == Function::Kind::moves && call.begins) take_control(call.thread);
   if (call.begins) {
     try {
       if (set_function(controller_, arguments)) return {};
@@ -57,6 +58,8 @@ Outcome ScriptRun::call(const HostCall& call) {
       throw ValueError(error.what());
     }
   }
+  // Not what only sets, as force_mode does: a thread may repeat it beside one that moves.
+  if (kind == Function::Kind::moves && call.begins) take_control(call.thread);
   if (call.function.name.substr(0, 7) == "socket_") {
     if (call.begins) waiting_[call.thread] = {call.function.name, false, controller_.cycle()};
     auto value = sockets_.call(arguments, call.begins, waiting_.at(call.thread).begun_cycle);
@@ -115,6 +118,9 @@ bool ScriptRun::begin(const HostCall& call, const CallArguments& arguments, Wait
     move_ = controller_.motion().moves();
   } else if (f == "servoj") {
     begin_servo(arguments, waiting);
+  } else if (f == "servoc") {
+    waiting.servo_line = servo_line_of(arguments);
+    (void)follow(*waiting.servo_line);
   } else if (f == "speedj" || f == "speedl") {
     begin_speed(arguments, waiting);
   } else if (f == "end_interpreter") {
@@ -136,6 +142,11 @@ bool ScriptRun::is_over(const HostCall& call, const CallArguments& arguments, Wa
     waiting.for_rest = false;
     begin_move(call, arguments, waiting);
     return false;
+  }
+  if (waiting.servo_line) {
+    const bool arrives = follow(*waiting.servo_line);
+    if (arrives) motion.stop();  // unless another command is next
+    return arrives;
   }
   if (waiting.servo_target) motion.servo_with_lag(*waiting.servo_target, servo_lookahead_s_);
   if (executes_ && is_move(waiting.function))
@@ -217,6 +228,29 @@ void ScriptRun::begin_servo(const CallArguments& a, Waiting& waiting) {
   motion.begin_servo();
   motion.servo_with_lag(*waiting.servo_target, servo_lookahead_s_);
   wait(waiting, std::max(UrController::kCycle_s, a.number(3, UrController::kCycle_s)));
+}
+
+ScriptRun::ServoLine ScriptRun::servo_line_of(const CallArguments& a) const {
+  ServoLine line{controller_.from_base(pose_of(a.pose(0))), a.number(1, 1.2), a.number(2, 0.25),
+                 a.number(3, 0.0)};
+  if (line.acceleration <= 0.0 || line.speed <= 0.0) a.fail("a > 0 and v > 0");
+  line.radius_m = std::max(line.radius_m, kServoArrived);
+  return line;
+}
+
+// At most with the speed from which it can still brake.
+bool ScriptRun::follow(const ServoLine& line) {
+  constexpr double kLag_s = 0.1;
+  Motion& motion = controller_.motion();
+  const Pose X_RT = motion.tool_pose(motion.position());
+  const Vec3 way = line.X_RG.p - X_RT.p;
+  const Eigen::AngleAxisd turn(Mat3(line.X_RG.R * X_RT.R.transpose()));
+  const double left = std::max(way.norm(), std::abs(turn.angle()));
+  if (left <= line.radius_m) return true;
+  const double speed = std::min({line.speed, std::sqrt(2.0 * line.acceleration * left), left / kLag_s});
+  const Vec3 v = speed / left * way, w = speed / left * turn.angle() * turn.axis();
+  motion.tool_speed_command({v.x(), v.y(), v.z(), w.x(), w.y(), w.z()}, line.acceleration);
+  return false;
 }
 
 void ScriptRun::begin_speed(const CallArguments& a, Waiting& waiting) {

@@ -17,6 +17,11 @@ class ScriptRun final : public RunningProgram, private urscript::Host {
   std::string interpret(std::string_view line) override;
 
  private:
+  /// Of servoc.
+  struct ServoLine {
+    Pose X_RG;  ///< the goal in the robot's base
+    double acceleration = 0.0, speed = 0.0, radius_m = 0.0;
+  };
   /// What a thread waits for in its call.
   struct Waiting {
     std::string_view function;
@@ -25,6 +30,7 @@ class ScriptRun final : public RunningProgram, private urscript::Host {
     bool for_motion = false, for_speed = false;
     bool for_rest = false;  ///< before the move begins
     std::optional<Vector6> servo_target{};
+    std::optional<ServoLine> servo_line{};
   };
 
   urscript::Outcome call(const urscript::HostCall& call) override;
@@ -39,6 +45,9 @@ class ScriptRun final : public RunningProgram, private urscript::Host {
   void take_control(std::uint64_t thread) const;
   void wait(Waiting& waiting, double seconds) const;
   void begin_servo(const CallArguments& arguments, Waiting& waiting);
+  ServoLine servo_line_of(const CallArguments& arguments) const;
+  /// One cycle; true where it has arrived.
+  bool follow(const ServoLine& line);
   void begin_speed(const CallArguments& arguments, Waiting& waiting);
   void begin_move(const urscript::HostCall& call, const CallArguments& arguments, Waiting& waiting);
   /// From the joint positions where it begins.

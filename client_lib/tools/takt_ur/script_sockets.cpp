@@ -9,7 +9,10 @@ namespace {
 using urscript::Value;
 
 /// A socket whose program does not read is closed at this size.
-constexpr std::size_t kMostReceived = 1U << 20U;
+constexpr std::size_t kMostReceived = 1U << 18U;
+/// A program waits while its peer has left so much unread.
+constexpr std::size_t kMostUnread = 1U << 16U;
+constexpr std::size_t kMostSockets = 50;
 constexpr int kMostNumbers = 30;
 constexpr double kTimeout_s = 2.0;
 
@@ -92,10 +95,10 @@ std::optional<Value> floats(std::string& received, const CallArguments& a) {
 
 std::optional<Value> string(std::string& received, const CallArguments& a) {
   const std::string prefix = a.text(1, ""), suffix = a.text(2, "");
-  std::size_t begin = prefix.empty() ? 0 : received.find(prefix);
+  std::size_t begin = urscript::position_of(received, prefix);
   if (received.empty() || begin == std::string::npos) return std::nullopt;
   begin += prefix.size();
-  std::size_t end = suffix.empty() ? received.size() : received.find(suffix, begin);
+  std::size_t end = suffix.empty() ? received.size() : urscript::position_of(received, suffix, begin);
   if (end == std::string::npos) return std::nullopt;
   end = std::min(end, begin + Value::kMostTextBytes);
   const std::string text = received.substr(begin, end - begin);
@@ -157,7 +160,10 @@ Value ScriptSockets::open(const CallArguments& a) {
   const std::string& host = a.text(0);
   const double port = a.number(1);
   if (port < 1.0 || port > 65535.0) a.fail("(HOST, PORT, NAME), a port from 1 to 65535");
-  auto& held = sockets_[name_of(a, 2)];
+  const std::string name = name_of(a, 2);
+  if (sockets_.size() >= kMostSockets && sockets_.count(name) == 0)
+    a.fail("at most " + std::to_string(kMostSockets) + " names of sockets; socket_close() frees one");
+  auto& held = sockets_[name];
   if (held && held->connection) held->connection->finish();
   held = std::make_shared<Socket>();
   held->connecting = true;
@@ -188,6 +194,12 @@ void ScriptSockets::send(const CallArguments& a, const std::string& name, const 
     controller_.log(std::string(a.function()) + ": the socket is not open.");
 }
 
+bool ScriptSockets::is_full(const std::string& name) const {
+  const auto found = sockets_.find(name);
+  return found != sockets_.end() && found->second->connection && found->second->connection->is_open() &&
+         found->second->connection->waiting() > kMostUnread;
+}
+
 std::optional<Value> ScriptSockets::call(const CallArguments& a, bool begins, std::uint64_t begun_cycle) {
   const std::string_view f = a.function();
   if (f == "socket_open") {
@@ -208,6 +220,7 @@ std::optional<Value> ScriptSockets::call(const CallArguments& a, bool begins, st
       std::find_if(std::begin(kReads), std::end(kReads), [&](const Read& one) { return one.function == f; });
   if (read == std::end(kReads)) {
     const std::string name = name_of(a, f == "socket_set_var" ? 2 : 1);
+    if (is_full(name)) return std::nullopt;
     if (f == "socket_set_var")
       send(a, name, "set " + sent_text(a[0]) + " " + sent_text(a[1]) + "\n");
     else if (f == "socket_send_line")

@@ -24,10 +24,10 @@ class ScriptSockets {
     std::string received{};
     bool connecting = false;
   };
-  using Reader = std::optional<urscript::Value> (*)(std::string& received, const CallArguments& arguments);
 
   urscript::Value open(const CallArguments& arguments);
   void send(const CallArguments& arguments, const std::string& name, const std::string& text);
+  bool is_full(const std::string& name) const;
   static std::string name_of(const CallArguments& arguments, std::size_t position);
 
   UrController& controller_;

@@ -7,7 +7,6 @@
 #include "client_lib/gateway/ur/dh.h"
 #include "client_lib/kinematics/arm.h"
 #include "client_lib/tools/takt_ur/external_program.h"
-#include "client_lib/tools/takt_ur/register_program.h"
 #include "client_lib/tools/takt_ur/script_run.h"
 #include "client_lib/tools/takt_ur/statement_queue.h"
 
@@ -54,7 +53,8 @@ UrController::UrController(gateway::EventLoop& loop, gateway::RobotCell& link, c
       motion_(arm_, kCycle_s),
       outputs_(rtde::output_table()),
       inputs_(rtde::input_table()),
-      written_cycles_(inputs_.variables().size()) {
+      written_cycles_(inputs_.variables().size()),
+      history_(kHistory) {
   if (!mapping.powered) robot_mode_ = wanted_mode_ = RobotMode::power_off;
   if (const int tool = mapping.tool.empty() ? -1 : link.cell()->find_gripper(mapping.tool); tool >= 0) {
     const auto& gripper = link.cell()->grippers.at(static_cast<std::size_t>(tool));
@@ -86,6 +86,7 @@ void UrController::advance() {
   ++cycle_;
   const bool plays = read_cell();
   measure_force();
+  history_[cycle_ % kHistory] = {actual_q_, {contact_force_[0], contact_force_[1], contact_force_[2]}};
   change_power();
   // A robot that another client moves, or that was reset, or stands still with its cell: the target is where it is.
   if (!drives_ || !plays || robot_mode_ != RobotMode::running) {
@@ -174,17 +175,13 @@ void UrController::change_power() {
 }
 
 void UrController::advance_program() {
-  for (auto& secondary : secondary_) {
-    bool goes_on = false;
-    try {
-      goes_on = secondary->advance();
-    } catch (const urscript::ScriptError& error) {
-      fail(secondary->name(), error);
-    }
-    if (!goes_on) secondary.reset();
-  }
-  std::erase(secondary_, nullptr);
-  if (!program_ || paused_ || robot_mode_ != RobotMode::running) return;
+  constexpr std::ptrdiff_t kMostAtOnce = 10;  // others begin when one ends
+  const auto first_waiting =
+      secondary_.begin() + std::min(kMostAtOnce, static_cast<std::ptrdiff_t>(secondary_.size()));
+  secondary_.erase(std::remove_if(secondary_.begin(), first_waiting,
+                                  [this](const auto& one) { return !advance_secondary(*one); }),
+                   first_waiting);
+  if (!program_ || paused_ || robot_mode_ != RobotMode::running || !check_watchdogs()) return;
   bool goes_on = false;
   try {
     goes_on = program_->advance();
@@ -192,6 +189,54 @@ void UrController::advance_program() {
     fail(program_->name(), error);
   }
   if (!goes_on) end_program("");
+}
+
+bool UrController::advance_secondary(RunningProgram& program) {
+  try {
+    return program.advance();
+  } catch (const urscript::ScriptError& error) {
+    fail(program.name(), error);
+    return false;
+  }
+}
+
+void UrController::set_watchdog(const std::string& input, double longest_s, bool ends) {
+  std::erase_if(watchdogs_, [&](const Watchdog& one) { return one.input == input; });
+  if (longest_s > 0.0)
+    watchdogs_.push_back(
+        {input, static_cast<std::uint64_t>(std::ceil(std::min(longest_s, 1e6) / kCycle_s)), cycle_, ends});
+}
+
+bool UrController::check_watchdogs() {
+  for (Watchdog& one : watchdogs_) {
+    const std::uint64_t last = std::max(one.begun_cycle, written_cycles_.at(*inputs_.find(one.input)));
+    if (cycle_ <= last + one.longest_cycles) continue;
+    text("RTDE watchdog: " + one.input + " is not written often enough. The program " +
+         (one.ends ? "ends." : "is paused."));
+    one.begun_cycle = cycle_;
+    if (one.ends)
+      end_program("Its watchdog ends it.");
+    else
+      pause();
+    return false;
+  }
+  return true;
+}
+
+const Vector6& UrController::position_before(std::size_t cycles) const {
+  const std::size_t known = std::min({static_cast<std::size_t>(cycle_) - 1, kHistory - 1, cycles});
+  return history_[(cycle_ - known) % kHistory].position;
+}
+
+int UrController::contact_cycles(const Vec3& direction) const {
+  int count = 0;
+  for (const std::size_t most = std::min<std::size_t>(cycle_, kHistory - 1);
+       static_cast<std::size_t>(count) < most; ++count) {
+    const Vec3& force = history_[(cycle_ - static_cast<std::size_t>(count)) % kHistory].force;
+    const double against = direction.norm() > 0.0 ? -force.dot(direction.normalized()) : force.norm();
+    if (!(against >= mapping_.contact_force_N)) break;
+  }
+  return count;
 }
 
 void UrController::drive() {
@@ -249,11 +294,11 @@ void UrController::run(const std::string& text) {
     fail("", error);
     return;
   }
-  if (program.code.is_empty() && !program.external && !program.registers) return;
+  if (program.code.is_empty() && !program.external) return;
   const bool secondary = program.secondary || program.name.empty();
   if (program.name.empty()) program.name = "unnamed";
   if (secondary && !program.code.moves) {
-    secondary_.push_back(std::make_unique<ScriptRun>(*this, program.name, std::move(program.code)));
+    run_secondary(std::move(program));
     return;
   }
   if (robot_mode_ != RobotMode::running || safety_mode_ != SafetyMode::normal) {
@@ -263,10 +308,17 @@ void UrController::run(const std::string& text) {
   end_program("Another program starts.");
   if (program.external)
     start(std::make_unique<ExternalProgram>(*this, program));
-  else if (program.registers)
-    start(std::make_unique<RegisterProgram>(*this, program));
   else
     start(std::make_unique<ScriptRun>(*this, program.name, std::move(program.code)));
+}
+
+void UrController::run_secondary(urscript::Program program) {
+  constexpr std::size_t kMostSecondary = 1000;
+  if (secondary_.size() >= kMostSecondary)
+    text("The secondary program " + program.name + " is refused: " + std::to_string(kMostSecondary) +
+         " of them run or wait; \"stop program\" ends them.");
+  else
+    secondary_.push_back(std::make_unique<ScriptRun>(*this, program.name, std::move(program.code)));
 }
 
 void UrController::start(std::unique_ptr<RunningProgram> program) {
@@ -277,6 +329,7 @@ void UrController::start(std::unique_ptr<RunningProgram> program) {
   log("The program " + program->name() + " starts.");
   on_primary_message(rtde::key_message(timestamp_us(), rtde::kProgramStarted, program->name()));
   next_force_mode_ = {};
+  watchdogs_.clear();
   program_ = std::move(program);
 }
 

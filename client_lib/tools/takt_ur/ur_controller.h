@@ -121,8 +121,10 @@ class UrController final : public rtde::DashboardRobot {
   /// Force mode, until end_force_mode() or the program's end. Throws urscript::ScriptError for invalid options, and where
   /// nothing measures a force.
   void start_force_mode(const ForceModeOptions& options);
-  /// Compliant in all axes, without a force of its own; where nothing measures a force, the robot stands.
-  void start_freedrive();
+  /// Compliant in axes of a frame in the robot's base, without a force of its own; where nothing measures a force, the robot
+  /// stands.
+  static constexpr std::array<bool, 6> kAllAxes{true, true, true, true, true, true};
+  void start_freedrive(const std::array<bool, 6>& axes = kAllAxes, const Pose& X_RK = {});
   void end_force_mode();
   /// Of the next force_mode() in a URScript program.
   ForceModeOptions& next_force_mode() { return next_force_mode_; }
@@ -131,10 +133,13 @@ class UrController final : public rtde::DashboardRobot {
   void write_output_bit(int number, bool value);
   const Payload& payload() const { return payload_; }
   const Vector6& tcp_offset() const { return tcp_offset_; }
-  /// Cycle in which a client has last written an RTDE input.
-  std::uint64_t written_cycle(std::string_view input) const {
-    return written_cycles_.at(*inputs_.find(input));
-  }
+  /// Pauses or ends programs while clients write an RTDE input less often; 0 s: ends the watch.
+  void set_watchdog(const std::string& input, double longest_s, bool ends);
+  /// So many cycles ago, or as many as are known.
+  const Vector6& position_before(std::size_t cycles) const;
+  /// Cycles for which at least the mapping's force has acted against a direction in the protocol's base, or in any where it
+  /// is 0.
+  int contact_cycles(const Vec3& direction) const;
   const Motion& motion() const { return motion_; }
   const Vector6& actual_position() const { return actual_q_; }
   const Vector6& actual_velocity() const { return actual_qd_; }
@@ -184,11 +189,15 @@ class UrController final : public rtde::DashboardRobot {
   void restart_force_mode(const Vector6& q);
   void change_power();
   void advance_program();
+  bool advance_secondary(RunningProgram& program);
+  /// False where a client has been silent for too long.
+  bool check_watchdogs();
   void drive();
   void fill_outputs();
   void write_element(const std::string& name, double value);
   void start(std::unique_ptr<RunningProgram> program);
   void run(const std::string& text);
+  void run_secondary(urscript::Program program);
   void end_program(const char* why);
   void fail(const std::string& name, const urscript::ScriptError& error);
   ArmModel protocol_arm() const;
@@ -225,6 +234,18 @@ class UrController final : public rtde::DashboardRobot {
   ForceModeOptions next_force_mode_;
   std::uint64_t digital_outputs_ = 0, digital_inputs_ = 0;
   std::array<double, 2> analog_outputs_{}, analog_inputs_{}, tool_analog_inputs_{};
+  struct Past {
+    Vector6 position;
+    Vec3 force;
+  };
+  static constexpr std::size_t kHistory = 501;
+  std::vector<Past> history_;  ///< a ring: of cycle c at c % kHistory
+  struct Watchdog {
+    std::string input;
+    std::uint64_t longest_cycles = 0, begun_cycle = 0;
+    bool ends = false;
+  };
+  std::vector<Watchdog> watchdogs_;
   double speed_slider_ = 1.0;
   int tool_voltage_ = 0;
   Payload payload_;

@@ -115,18 +115,20 @@ void UrController::start_force_mode(const ForceModeOptions& options) {
   if (!measures_force())
     throw urscript::ScriptError(
         1, 1, "force_mode: nothing measures a force; the mapping needs the key tool or force_sensor");
+  if (force_mode_ && force_mode_->options() == options) return;  // programs repeat it in each cycle
   end_force_mode();
   force_mode_.emplace(options, motion_.tool_pose(target_q_));
 }
 
-void UrController::start_freedrive() {
+void UrController::start_freedrive(const std::array<bool, 6>& axes, const Pose& X_RK) {
   if (!measures_force()) {
     text("Freedrive: nothing measures a force; the robot stands.");
     return;
   }
   constexpr double kDamping = 0.05, kFastest_m_per_s = 0.5, kFastest_rad_per_s = 1.0;
   ForceModeOptions options;
-  options.compliant.fill(true);
+  options.compliant = axes;
+  options.X_RK = X_RK;
   options.damping = kDamping;
   for (std::size_t i = 0; i < 6; ++i)
     options.speed_limit.at(i) = i < 3 ? kFastest_m_per_s : kFastest_rad_per_s;
