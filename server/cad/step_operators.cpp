@@ -1,5 +1,7 @@
 #include "server/cad/step_operators.h"
 
+#include <BRepBuilderAPI_Transform.hxx>
+#include <BRep_Builder.hxx>
 #include <StepGeom_CartesianPoint.hxx>
 #include <StepGeom_CartesianTransformationOperator3d.hxx>
 #include <StepGeom_Direction.hxx>
@@ -9,6 +11,12 @@
 #include <StepShape_ShapeRepresentation.hxx>
 #include <TColStd_HArray1OfReal.hxx>
 #include <TCollection_HAsciiString.hxx>
+#include <TopLoc_Datum3D.hxx>
+#include <TopLoc_Location.hxx>
+#include <TopoDS_Compound.hxx>
+#include <TopoDS_Iterator.hxx>
+#include <gp_Ax1.hxx>
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -23,7 +31,10 @@ using Operator = StepGeom_CartesianTransformationOperator3d;
 
 constexpr double kFar =
     1e12;  ///< x of the shifts; y is a multiple of it. A product of that size has no digits for a mm
+constexpr double kOutside = 1e-4 * kFar;  ///< no product is so far out; of a file in nm it is a shift
 constexpr double kSame = 1e-9;
+constexpr double kSameNumber = 1e-14;  ///< relative: a shift that was moved by 0.01 mm differs by more
+constexpr double kMark_rad = 1.0;  ///< turn about z of each shift: two of them are no shift of twice the unit
 
 Vec3 vector_of(const Handle(StepGeom_Direction) & direction) {
   Vec3 v = Vec3::Zero();
@@ -73,7 +84,8 @@ gp_Trsf transformation(const Operator& op) {
 }
 
 void make_shift(Operator& op, const Vec3& shift) {
-  op.SetAxis1(direction(Vec3::UnitX())), op.SetAxis2(direction(Vec3::UnitY()));
+  const Vec3 x(std::cos(kMark_rad), std::sin(kMark_rad), 0.0);
+  op.SetAxis1(direction(x)), op.SetAxis2(direction(Vec3::UnitZ().cross(x)));
   op.SetAxis3(direction(Vec3::UnitZ()));
   op.UnSetScale();
   const Handle(StepGeom_CartesianPoint) origin = new StepGeom_CartesianPoint;
@@ -94,24 +106,20 @@ bool is_item_of_shape(const Interface_InterfaceModel& model, const Handle(StepRe
 
 StepOperators::StepOperators(const Interface_InterfaceModel& model) {
   std::vector<Handle(Operator)> placing;
+  const auto add = [&](const Handle(Operator) & op) {
+    if (!op.IsNull() && changes_shapes(*op) && std::find(placing.begin(), placing.end(), op) == placing.end())
+      placing.push_back(op);
+  };
   for (int i = 1; i <= model.NbEntities(); ++i) {
     const Handle(Standard_Transient)& entity = model.Value(i);
     if (const auto item = Handle(StepRepr_MappedItem)::DownCast(entity); !item.IsNull()) {
       const auto op = Handle(Operator)::DownCast(item->MappingTarget());
       // Drawings have such items, too.
-      if (op.IsNull() || !changes_shapes(*op) || !problem_.empty() || !is_item_of_shape(model, item))
-        continue;
-      problem_ = std::string(model.StringLabel(item)->ToCString()) + " is a MAPPED_ITEM whose operator " +
-                 model.StringLabel(op)->ToCString() +
-                 " mirrors or scales shapes within a part, which takt does not read; allowed: operators that "
-                 "turn and "
-                 "shift. In the CAD program, make the mirrored or scaled shape a part of its own";
+      if (!op.IsNull() && is_item_of_shape(model, item)) add(op);
     }
-    const auto related = Handle(StepRepr_RepresentationRelationshipWithTransformation)::DownCast(entity);
-    if (related.IsNull()) continue;
-    const auto op = Handle(Operator)::DownCast(related->TransformationOperator().Value());
-    if (!op.IsNull() && changes_shapes(*op) && std::find(placing.begin(), placing.end(), op) == placing.end())
-      placing.push_back(op);
+    if (const auto related = Handle(StepRepr_RepresentationRelationshipWithTransformation)::DownCast(entity);
+        !related.IsNull())
+      add(Handle(Operator)::DownCast(related->TransformationOperator().Value()));
   }
   for (const auto& op : placing) {
     own_.push_back(transformation(*op));
@@ -120,16 +128,22 @@ StepOperators::StepOperators(const Interface_InterfaceModel& model) {
 }
 
 gp_Trsf StepOperators::placement(const gp_Trsf& transferred, std::string& problem) const {
-  const gp_XYZ shift = transferred.TranslationPart();
-  if (own_.empty() || std::abs(shift.X()) < 0.1 * kFar) return transferred;
-  const double number = shift.Y() / shift.X(), unit_mm = std::abs(shift.X()) / kFar;
-  const auto at = static_cast<std::size_t>(std::lround(number));
-  const gp_Mat R = transferred.VectorialPart();
+  if (own_.empty() || transferred.TranslationPart().Modulus() < kOutside) return transferred;
+  const bool inverted = transferred.VectorialPart().Value(2, 1) < 0.0;
+  const gp_Trsf shift = inverted ? transferred.Inverted() : transferred;
+  const gp_XYZ p = shift.TranslationPart();
+  gp_Trsf mark;
+  mark.SetRotation(gp_Ax1(gp_Pnt(0, 0, 0), gp_Dir(0, 0, 1)), kMark_rad);
   double turn = 0.0;
   for (int r = 1; r <= 3; ++r)
-    for (int c = 1; c <= 3; ++c) turn = std::max(turn, std::abs(R.Value(r, c) - (r == c ? 1.0 : 0.0)));
-  if (turn > kSame || !(number > 0.5) || at > own_.size() ||
-      std::abs(number - static_cast<double>(at)) > kSame) {
+    for (int c = 1; c <= 3; ++c)
+      turn = std::max(turn, std::abs(shift.VectorialPart().Value(r, c) - mark.VectorialPart().Value(r, c)));
+  const double number = p.Y() / p.X();
+  const auto at = static_cast<std::size_t>(std::lround(std::clamp(number, 0.0, 1e6)));
+  const bool alone = turn < kSame && p.X() > 0.0 && at >= 1 && at <= own_.size() &&
+                     std::abs(number - static_cast<double>(at)) < kSameNumber * number &&
+                     std::abs(p.Z()) < kSameNumber * p.X();
+  if (!alone) {
     problem =
         "a CARTESIAN_TRANSFORMATION_OPERATOR_3D that mirrors or scales is combined with another placement, "
         "which takt "
@@ -138,8 +152,34 @@ gp_Trsf StepOperators::placement(const gp_Trsf& transferred, std::string& proble
     return transferred;
   }
   gp_Trsf own = own_[at - 1];
-  own.SetTranslationPart(gp_Vec(own.TranslationPart() * unit_mm));
-  return shift.X() < 0.0 ? own.Inverted() : own;
+  own.SetTranslationPart(gp_Vec(own.TranslationPart() * (p.X() / kFar)));
+  return inverted ? own.Inverted() : own;
+}
+
+TopoDS_Shape StepOperators::placed(const TopoDS_Shape& transferred, std::string& problem) const {
+  if (own_.empty()) return transferred;
+  // A location is a product of those that the shape went through, each as it was made.
+  gp_Trsf X;
+  bool changed = false;
+  for (TopLoc_Location rest = transferred.Location(); !rest.IsIdentity(); rest = rest.NextLocation()) {
+    const gp_Trsf one = rest.FirstDatum()->Trsf();
+    changed = changed || one.TranslationPart().Modulus() >= kOutside;
+    const gp_Trsf own = placement(one, problem);
+    for (int i = 0; i < std::abs(rest.FirstPower()); ++i)
+      X.Multiply(rest.FirstPower() > 0 ? own : own.Inverted());
+  }
+  TopoDS_Shape shape = transferred.Located(TopLoc_Location());
+  if (shape.ShapeType() == TopAbs_COMPOUND) {
+    TopoDS_Compound whole;
+    BRep_Builder builder;
+    builder.MakeCompound(whole);
+    for (TopoDS_Iterator at(shape, false, false); at.More(); at.Next())
+      builder.Add(whole, placed(at.Value(), problem));
+    whole.Orientation(shape.Orientation());
+    shape = whole;
+  }
+  if (changed) return BRepBuilderAPI_Transform(shape, X, true).Shape();
+  return shape.Moved(transferred.Location());
 }
 
 }  // namespace takt::cad

@@ -33,9 +33,7 @@
 #include <XSControl_WorkSession.hxx>
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
-#include <cstdint>
 #include <fstream>
 #include <iterator>
 #include <string_view>
@@ -47,6 +45,7 @@
 #include "server/cad/step_densities.h"
 #include "server/cad/step_operators.h"
 #include "server/cad/step_structure.h"
+#include "server/cad/step_text.h"
 #include "server/cad/time_limit.h"
 #include "server/product/names.h"
 
@@ -77,80 +76,6 @@ std::string entry_of(const TDF_Label& label) {
   TCollection_AsciiString entry;
   TDF_Tool::Entry(label, entry);
   return entry.ToCString();
-}
-
-/// Entities of a STEP file by their numbers: how many, and the first of them.
-struct Entities {
-  std::size_t count = 0;
-  std::uint64_t first = 0;
-
-  explicit Entities(const std::vector<std::uint64_t>& numbers)
-      : count(numbers.size()), first(numbers.empty() ? 0 : numbers.front()) {}
-};
-
-struct Damage {
-  Entities missing;     ///< which the file refers to and does not define
-  bool is_cut = false;  ///< the last entity has no end
-  Entities unused;      ///< points, curves, faces and solids which no other entity refers to
-};
-
-/// Of the text of a STEP file (ISO 10303-21).
-Damage find_damage(std::string_view text) {
-  // Beginnings of what no whole file leaves alone.
-  constexpr std::array<std::string_view, 14> kShapes{"CARTESIAN_POINT(",
-                                                     "DIRECTION(",
-                                                     "AXIS2_PLACEMENT_3D(",
-                                                     "VERTEX_POINT(",
-                                                     "EDGE_CURVE(",
-                                                     "EDGE_LOOP(",
-                                                     "ADVANCED_FACE(",
-                                                     "CLOSED_SHELL(",
-                                                     "OPEN_SHELL(",
-                                                     "MANIFOLD_SOLID_BREP(",
-                                                     "PRODUCT(",
-                                                     "PRODUCT_DEFINITION(",
-                                                     "PRODUCT_DEFINITION_FORMATION",
-                                                     "PRODUCT_DEFINITION_SHAPE("};
-  std::vector<std::uint64_t> defined, referred, shapes;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    if (text[i] == '\'') {  // a string; a quote in it is doubled
-      i = std::min(text.find('\'', i + 1), text.size());
-      continue;
-    }
-    if (text.substr(i, 2) == "/*") {
-      i = std::min(text.find("*/", i + 2), text.size());
-      continue;
-    }
-    if (text[i] != '#') continue;
-    std::uint64_t number = 0;
-    const auto [end, error] = std::from_chars(text.data() + i + 1, text.data() + text.size(), number);
-    if (error != std::errc()) continue;
-    i = static_cast<std::size_t>(end - text.data()) - 1;
-    const std::size_t next = text.find_first_not_of(" \t\r\n", i + 1);
-    if (next == text.npos || text[next] != '=') {
-      referred.push_back(number);
-      continue;
-    }
-    defined.push_back(number);
-    const std::size_t type = text.find_first_not_of(" \t\r\n", next + 1);
-    if (type != text.npos && std::any_of(kShapes.begin(), kShapes.end(), [&](std::string_view shape) {
-          return text.substr(type).starts_with(shape);
-        }))
-      shapes.push_back(number);
-  }
-  for (auto* numbers : {&defined, &referred, &shapes}) {
-    std::sort(numbers->begin(), numbers->end());
-    numbers->erase(std::unique(numbers->begin(), numbers->end()), numbers->end());
-  }
-  const auto without = [](const std::vector<std::uint64_t>& all, const std::vector<std::uint64_t>& others) {
-    std::vector<std::uint64_t> rest;
-    std::set_difference(all.begin(), all.end(), others.begin(), others.end(), std::back_inserter(rest));
-    return Entities(rest);
-  };
-  const std::size_t end = text.rfind("ENDSEC;");
-  const std::size_t last = end == text.npos ? text.npos : text.find_last_not_of(" \t\r\n", end - 1);
-  const bool is_cut = last != text.npos && text[last] != ';' && text[last] != '/';  // or the end of a comment
-  return {without(referred, defined), is_cut, without(shapes, referred)};
 }
 
 }  // namespace
@@ -204,8 +129,12 @@ class StepFile::Reader {
     if (product_.instances.empty()) {
       std::string reason = "found no solid";
       for (const std::string& note : product_.notes) reason += "; " + note;
-      fail(file_,
-           reason + "; allowed: a STEP file with solids (in the CAD program, export solids, not surfaces)");
+      fail(
+          file_,
+          reason +
+              (files_missing_
+                   ? "; put the files that it refers to into its folder, under the names that it states"
+                   : "; allowed: a STEP file with solids (in the CAD program, export solids, not surfaces)"));
     }
     product::make_names_unique(product_.instances);
   }
@@ -222,19 +151,9 @@ class StepFile::Reader {
     if (std::string_view(text).substr(text.size() - std::min(text.size(), kEnds)).find("END-ISO-10303-21") ==
         text.npos)
       fail(file_, "it ends before END-ISO-10303-21: the file is cut off; allowed: a whole STEP file");
-    const Damage damage = find_damage(text);
-    if (damage.missing.count > 0)
-      product_.notes.push_back("the file refers to " + std::to_string(damage.missing.count) +
-                               " entities that it does not contain, first #" +
-                               std::to_string(damage.missing.first) +
-                               ": it is damaged, and parts may be missing or incomplete");
-    if (damage.is_cut)
-      product_.notes.push_back(
-          "the last entity of the file is incomplete: the file was cut off, and parts may be missing");
-    if (damage.unused.count > 0)
-      product_.notes.push_back("the file contains " + std::to_string(damage.unused.count) +
-                               " products or shapes that nothing uses, first #" +
-                               std::to_string(damage.unused.first) + ": parts may be missing");
+    product_.notes = damage_of_step_text(text);
+    if (std::string note = unread_tessellation(text); !note.empty())
+      product_.notes.push_back(std::move(note));
     Message::DefaultMessenger()->ChangePrinters().Clear();
     XCAFApp_Application::GetApplication()->NewDocument("MDTV-XCAF", document_);
     STEPCAFControl_Reader reader;
@@ -254,7 +173,6 @@ class StepFile::Reader {
               "OCCURRENCE). In the CAD program, export the product again");
     if (structure.uses > static_cast<double>(kMostUses)) fail_of_size(structure.largest);
     operators_.emplace(*reader.ChangeReader().WS()->Model());
-    if (!operators_->problem().empty()) fail(file_, operators_->problem());
     state_densities_in_g_per_cm3(*reader.ChangeReader().WS()->Model());
     if (!reader.Transfer(document_))
       fail(file_, "its shapes cannot be transferred: entities are missing or damaged");
@@ -273,9 +191,11 @@ class StepFile::Reader {
     using Files = NCollection_DataMap<TCollection_AsciiString, Handle(STEPCAFControl_ExternFile)>;
     for (Files::Iterator at(reader.ExternFiles()); at.More(); at.Next())
       if (at.Value().IsNull() || at.Value()->GetLoadStatus() != IFSelect_RetDone ||
-          !at.Value()->GetTransferStatus())
+          !at.Value()->GetTransferStatus()) {
         product_.notes.push_back("the file '" + std::string(at.Key().ToCString()) +
                                  "', which it refers to, cannot be read beside it; its parts are missing");
+        files_missing_ = true;
+      }
   }
 
   void visit(const TDF_Label& label, const gp_Trsf& X_WP, const std::string& above,
@@ -337,6 +257,9 @@ class StepFile::Reader {
     std::vector<std::size_t>& made = made_[key];
     TopoDS_Shape shape = XCAFDoc_ShapeTool::GetShape(part);
     if (shape.IsNull()) return made;
+    std::string problem;
+    shape = operators_->placed(shape, problem);
+    if (!problem.empty()) fail(file_, "'" + name + "': " + problem);
     if (!rigid) shape = BRepBuilderAPI_Transform(shape, X, true).Shape();
     for (const TopoDS_Shape& solid : solids_of(shape, name)) {
       Body body;
@@ -399,8 +322,8 @@ class StepFile::Reader {
     for (TopExp_Explorer at(shape, TopAbs_FACE, TopAbs_SHELL); at.More(); at.Next()) ++open;
     if (open > 0)
       product_.notes.push_back(name + ": " + std::to_string(open) +
-                               (open == 1 ? " surface bounds" : " surfaces bound") +
-                               " no solid and is left out");
+                               (open == 1 ? " surface bounds no solid and is left out"
+                                          : " surfaces bound no solid and are left out"));
     return solids;
   }
 
@@ -459,6 +382,7 @@ class StepFile::Reader {
   Handle(XCAFDoc_ColorTool) colours_;
   std::optional<StepOperators> operators_;
   std::size_t visited_ = 0;
+  bool files_missing_ = false;                            ///< which the file refers to
   std::map<std::string, std::vector<std::size_t>> made_;  ///< bodies by label of the part
 };
 

@@ -5,9 +5,11 @@
 #include <optional>
 #include <utility>
 
+#include "idl/common/text.h"
 #include "server/geometry/mesh/glb_reader.h"
 #include "server/geometry/mesh/import.h"
 #include "server/geometry/mesh/repair.h"
+#include "server/product/gltf_files.h"
 #include "server/product/mesh_faces.h"
 #include "server/product/names.h"
 
@@ -18,7 +20,11 @@ namespace {
 class Reader {
  public:
   Reader(const std::filesystem::path& file, const std::map<std::string, double>& densities)
-      : path_(file), file_(files_.glb(file)), nodes_(file_.nodes()), densities_(densities) {}
+      : path_(file),
+        file_(lower_text(file.extension().string()) == ".gltf" ? gltf_.emplace(glb_of_gltf(file))
+                                                               : files_.glb(file)),
+        nodes_(file_.nodes()),
+        densities_(densities) {}
 
   Product read() {
     name_nodes();
@@ -33,7 +39,7 @@ class Reader {
       std::string reason = "found no node with a closed mesh";
       for (const std::string& note : product_.notes) reason += "; " + note;
       throw MeshError("mesh file " + path_.string() + ": " + reason +
-                      "; allowed: a GLB file whose nodes have closed meshes");
+                      "; allowed: a glTF file whose nodes have closed meshes");
     }
     make_names_unique(product_.instances);
     return std::move(product_);
@@ -120,6 +126,7 @@ class Reader {
 
   const std::filesystem::path path_;
   MeshFiles files_;
+  std::optional<GlbFile> gltf_;  ///< of glTF in several files
   const GlbFile& file_;
   const GlbNodes& nodes_;
   const std::map<std::string, double>& densities_;

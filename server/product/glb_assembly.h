@@ -1,5 +1,5 @@
 #pragma once
-// Reads an assembly from a GLB file into a product: its nodes, names, places, colours and materials.
+// Reads an assembly from a glTF file (GLB, or .gltf and its buffers) into a product: its nodes, names, places, colours and materials.
 #include <filesystem>
 #include <map>
 #include <string>

@@ -126,11 +126,21 @@ std::string key_of(const std::string& name) {
 }
 
 bool is_generic(const std::string& name) {
-  if (name.empty() || name.starts_with("=>") || name == "NONE" || name == "PART" || name == "SOLID" ||
-      name == "COMPOUND")
-    return true;
-  return name.starts_with("NAUO") ||
-         std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
+  // What CAD programs write where the user gave no name.
+  constexpr std::array<std::string_view, 8> kWhole{
+      "", "NONE", "PART", "SOLID", "COMPOUND", "*MASTER", "(Unsaved)", "Next assembly relationship"};
+  constexpr std::array<std::string_view, 3> kBeginnings{"=>", "NAUO", "Open CASCADE STEP translator"};
+  const auto all_digits = [](std::string_view text) {
+    return std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
+  };
+  std::string_view text = name;
+  text = text.substr(std::min(text.find_first_not_of(' '), text.size()));
+  text = text.substr(0, text.find_last_not_of(' ') + 1);
+  constexpr std::string_view kDitto = "*DIT";  // CATIA
+  return std::find(kWhole.begin(), kWhole.end(), text) != kWhole.end() || all_digits(text) ||
+         std::any_of(kBeginnings.begin(), kBeginnings.end(),
+                     [&](std::string_view beginning) { return text.starts_with(beginning); }) ||
+         (text.starts_with(kDitto) && all_digits(text.substr(kDitto.size())));
 }
 
 void make_names_unique(std::vector<Instance>& instances) {

@@ -208,7 +208,12 @@ class ArmBuilder {
     if (joint.type != UrdfJointType::revolute && joint.type != UrdfJointType::prismatic && !continuous)
       fail(joint, ": the type is not allowed in an arm; allowed: revolute, continuous, prismatic, fixed");
     if (!joint.mimics.empty())
-      fail(joint, ": it mimics joint '" + joint.mimics + "'; joints of an arm move on their own");
+      fail(joint,
+           ": it mimics joint '" + joint.mimics +
+               "'; joints of an arm move on their own, only those of fingers and beside the arm may mimic "
+               "others. flange_link: " +
+               links()[joint.parent].name +
+               " ends the arm before it; type=\"fixed\" in the file lets it stand");
     if (!(joint.axis.norm() > 1e-6))
       fail(joint, ": <axis>: xyz: found (" + join(joint.axis, ", ", exact_text) +
                       "); allowed: a vector with a direction");

@@ -73,6 +73,7 @@ TEST(StepStructure, PartsInFilesOfTheirOwnStandWhereTheyStandInOneFile) {
         reported += note.find(other.filename().string()) != note.npos ? 1 : 0;
     } catch (const CadError& error) {
       reported += std::string(error.what()).find(other.filename().string()) != std::string::npos ? 1 : 0;
+      EXPECT_THAT(error.what(), testing::HasSubstr("put the files that it refers to into its folder"));
     }
     std::filesystem::rename(hidden, other);
   }
@@ -99,6 +100,24 @@ TEST(StepStructure, NamesThatRepeatBecomeNamesOfTheirOwn) {
   EXPECT_THAT(places(product),
               UnorderedElementsAre(std::pair(1.0, 0.0), std::pair(2.0, 0.0), std::pair(1.0, 5.0),
                                    std::pair(2.0, 5.0), std::pair(1.0, 0.0)));
+}
+
+TEST(StepStructure, UsesThatCadProgramsNamedHaveTheNameOfTheirPart) {
+  const test::TemporaryDirectory directory;
+  StepProduct made("Rack");
+  const TDF_Label part = made.part("Panel", box(10, 10, 10)),
+                  other = made.part("Open CASCADE STEP translator 7.6 1.1", box(10, 10, 20)),
+                  group = made.assembly("Left side");
+  int row = 0;
+  for (const char* name : {"*DIT37", "Next assembly relationship", " ", "NAUO12", "17", "Door"})
+    made.use(made.root(), part, name, moved_by(20.0 * ++row, 0, 0));
+  made.use(group, other, "=>[0:1:1:2]");
+  made.use(made.root(), group, "(Unsaved)");
+  made.write(directory / "product.step");
+  std::vector<std::string> names;
+  for (const Instance& one : read_step(directory / "product.step").instances) names.push_back(one.name);
+  EXPECT_THAT(names,
+              testing::ElementsAre("Panel", "Panel_2", "Panel_3", "Panel_4", "Panel_5", "Door", "Left_side"));
 }
 
 /// A block of 10 x 20 x 30 mm whose placement is an operator: axes x, (0, `y`, 0) and z, origin (40, 0, 0).
@@ -153,24 +172,71 @@ std::string error_of(const std::filesystem::path& file) {
   return "no error";
 }
 
-TEST(StepStructure, AMirrorWithinAPartIsRefused) {
+/// A part of a block of 10 x 20 x 30 mm and of the same block by MAPPED_ITEM with an operator: axes x, (0, `y`, 0) and z,
+/// origin (40, 0, 0). With `again`, that item stands in a representation which the part has by the same operator.
+std::string mapped_by_operator(const test::TemporaryDirectory& directory, const std::string& y,
+                               const std::string& scale, bool again) {
+  StepProduct made("Twins");
+  made.part("Block", box(10, 20, 30));
+  made.write(directory / "product.step");
+  std::ifstream in(directory / "product.step");
+  std::string text((std::istreambuf_iterator<char>(in)), {});
+  std::smatch brep;
+  EXPECT_TRUE(std::regex_search(
+      text, brep,
+      std::regex(R"((#\d+) = ADVANCED_BREP_SHAPE_REPRESENTATION\('',\((#\d+),(#\d+)\),(#\d+)\))")));
+  const std::string whole = brep[1], axes = brep[2], solid = brep[3], context = brep[4];
+  // The part is two uses of what was the part.
+  std::string added =
+      "#90001 = DIRECTION('',(1.,0.,0.));\n#90002 = DIRECTION('',(0.," + y +
+      ",0.));\n#90003 = DIRECTION('',(0.,0.,1.));\n#90004 = CARTESIAN_POINT('',(40.,0.,0.));\n" +
+      "#90005 = CARTESIAN_TRANSFORMATION_OPERATOR_3D('','','',#90001,#90002,#90004," + scale +
+      ",#90003);\n#90020 = ADVANCED_BREP_SHAPE_REPRESENTATION('',(" + axes + "," + solid + ")," + context +
+      ");\n#90010 = REPRESENTATION_MAP(" + axes + ",#90020);\n" + "#90011 = MAPPED_ITEM('',#90010,#90005);\n";
+  if (again)
+    added += "#90021 = ADVANCED_BREP_SHAPE_REPRESENTATION('',(" + axes + ",#90011)," + context +
+             ");\n#90022 = REPRESENTATION_MAP(" + axes +
+             ",#90021);\n#90023 = MAPPED_ITEM('',#90022,#90005);\n";
+  text.replace(static_cast<std::size_t>(brep.position(0)), static_cast<std::size_t>(brep.length(0)),
+               whole + " = ADVANCED_BREP_SHAPE_REPRESENTATION('',(" + axes + "," + solid +
+                   (again ? ",#90023)," : ",#90011),") + context + ")");
+  text.insert(text.rfind("ENDSEC;"), added);
+  return text;
+}
+
+TEST(StepStructure, OperatorsWithinAPartAreFollowed) {
   const test::TemporaryDirectory directory;
-  std::string text = placed_by_operator(directory, "-1.", "1.");
-  std::smatch brep, op;
-  ASSERT_TRUE(std::regex_search(text, brep,
-                                std::regex(R"((#\d+) = ADVANCED_BREP_SHAPE_REPRESENTATION\('',\((#\d+))")));
-  ASSERT_TRUE(std::regex_search(text, op, std::regex(R"((#\d+) = CARTESIAN_TRANSFORMATION_OPERATOR_3D)")));
-  const std::string label = op[1];
-  const std::string map = "\n#90010 = REPRESENTATION_MAP(" + brep[2].str() + "," + brep[1].str() +
-                          ");\n#90011 = MAPPED_ITEM(''," + "#90010," + label + ");\n";
-  text = std::regex_replace(text, std::regex(R"(( = SHAPE_REPRESENTATION\('',\())"), "$1#90011,",
-                            std::regex_constants::format_first_only);
-  text.insert(text.rfind("ENDSEC;"), map);
-  std::ofstream(directory / "mapped.step") << text;
-  EXPECT_THAT(
-      error_of(directory / "mapped.step"),
-      testing::AllOf(testing::HasSubstr("mapped.step: #90011 is a MAPPED_ITEM whose operator " + label),
-                     testing::HasSubstr("allowed: operators that turn and shift")));
+  for (const auto& [y, scale] :
+       {std::pair("1.", 1.0), std::pair("-1.", 1.0), std::pair("-1.", 0.5), std::pair("1.", 2.0)}) {
+    std::ofstream(directory / "mapped.step")
+        << mapped_by_operator(directory, y, std::to_string(scale), false);
+    const Product product = read_step(directory / "mapped.step");
+    ASSERT_EQ(product.instances.size(), 2U) << y << scale;
+    const auto centre = [&](std::size_t i) -> Vec3 {
+      return product.instances[i].X_WB * product.bodies[product.instances[i].body].exact.p_BBcm;
+    };
+    const double side = y[0] == '-' ? -1.0 : 1.0;
+    EXPECT_LT((centre(0) - 1e-3 * Vec3(5.0, 10.0, 15.0)).norm(), 1e-9);
+    const Vec3 expected(40.0 + scale * 5.0, side * scale * 10.0, scale * 15.0);
+    EXPECT_LT((centre(1) - 1e-3 * expected).norm(), 1e-9) << y << scale;
+    const product::Body& body = product.bodies[product.instances[1].body];
+    EXPECT_NEAR(body.exact.volume * 1e9, 6000.0 * std::pow(scale, 3), 1e-3);
+    EXPECT_NEAR(volume_properties(body.mesh).volume * 1e9, 6000.0 * std::pow(scale, 3), 1e-3);
+  }
+}
+
+TEST(StepStructure, OperatorsOnTopOfEachOtherAreFollowedOrRefused) {
+  const test::TemporaryDirectory directory;
+  const auto file = directory / "again.step";
+  std::ofstream(file) << mapped_by_operator(directory, "1.", "1.", true);
+  const Product product = read_step(file);
+  ASSERT_EQ(product.instances.size(), 2U);
+  EXPECT_LT((product.instances[1].X_WB * product.bodies[product.instances[1].body].exact.p_BBcm -
+             1e-3 * Vec3(85.0, 10.0, 15.0))
+                .norm(),
+            1e-9);
+  std::ofstream(file) << mapped_by_operator(directory, "-1.", "0.5", true);
+  EXPECT_THAT(error_of(file), testing::HasSubstr("mirrors or scales is combined with another placement"));
 }
 
 TEST(StepStructure, AssembliesThatDoubleAtEachLevelEndAtTheLimit) {

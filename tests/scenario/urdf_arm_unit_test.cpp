@@ -328,7 +328,9 @@ TEST_F(UrdfArmOfAFile, RefusesBadJoints) {
   EXPECT_THAT(error("revolute", axis + "<limit lower='1' upper='1' velocity='2' effort='3'/>"),
               AllOf(HasSubstr("line 6: joint 'j2' (revolute): <limit>: found lower 1, upper 1"),
                     HasSubstr("lower must be below upper")));
-  EXPECT_THAT(error("revolute", axis + limit + "<mimic joint='j1'/>"), HasSubstr("it mimics joint 'j1'"));
+  EXPECT_THAT(error("revolute", axis + limit + "<mimic joint='j1'/>"),
+              AllOf(HasSubstr("it mimics joint 'j1'; joints of an arm move on their own"),
+                    HasSubstr("flange_link: b ends the arm before it")));
   for (const char* bad : {"nan", "inf", "1e999", "1,5", "x"}) {
     EXPECT_THAT(error("revolute",
                       axis + "<limit lower='-1' upper='" + std::string(bad) + "' velocity='2' effort='3'/>"),

@@ -149,6 +149,11 @@ class ContactInteraction {
     ContactInteraction* self;
     const CellMotion* motion;
   };
+  static const BodyMotion& body(const CellMotion& motion, int component) {
+    return motion.bodies[static_cast<std::size_t>(component)];
+  }
+  /// Of a wrench about the target's origin in its axes; about the same point.
+  static Wrench to_world(const Wrench& F_T, const Mat3& R_WT) { return {R_WT * F_T.f, R_WT * F_T.t}; }
   static void run_task(std::size_t task, void* context);
   void wake_all();
   void clear_near();

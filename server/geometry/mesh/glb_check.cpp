@@ -291,7 +291,7 @@ class MeshSelection {
                       {"accessors", accessors_},
                       {"bufferViews", views_},
                       {"buffers", {{{"byteLength", data_.size()}}}}};
-    if (!nodes.empty()) glb.bytes = assembled(result.dump());
+    if (!nodes.empty()) glb.bytes = glb_bytes(result.dump(), data_);
     glb.passed_over = passed_over_;
     glb.first_passed_over = first_passed_over_;
   }
@@ -312,19 +312,6 @@ class MeshSelection {
     if (number > most)
       throw MeshFault("with " + place + " there are more than " + std::to_string(most) + " " + kind +
                       " to be seen");
-  }
-
-  std::string assembled(std::string json) const {
-    json.resize((json.size() + 3) / 4 * 4, ' ');
-    std::string bytes = "glTF";
-    put_u32(bytes, 2);
-    put_u32(bytes, kGlbHeader + 2 * kChunkHeader + json.size() + data_.size());
-    put_u32(bytes, json.size());
-    put_u32(bytes, kJsonChunk);
-    bytes += json;
-    put_u32(bytes, data_.size());
-    put_u32(bytes, kBinaryChunk);
-    return bytes + data_;
   }
 
   const Mesh& read_mesh(std::uint64_t index, const std::string& from) {
@@ -509,6 +496,19 @@ class MeshSelection {
 };
 
 }  // namespace
+
+std::string glb_bytes(std::string json, const std::string& data) {
+  json.resize((json.size() + 3) / 4 * 4, ' ');
+  std::string bytes = "glTF";
+  put_u32(bytes, 2);
+  put_u32(bytes, kGlbHeader + 2 * kChunkHeader + json.size() + data.size());
+  put_u32(bytes, json.size());
+  put_u32(bytes, kJsonChunk);
+  bytes += json;
+  put_u32(bytes, data.size());
+  put_u32(bytes, kBinaryChunk);
+  return bytes + data;
+}
 
 GlbDocument::GlbDocument(std::string content)
     : description_(std::make_unique<const GlbDescription>(std::move(content))) {}

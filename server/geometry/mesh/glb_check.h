@@ -34,6 +34,9 @@ struct GlbMaterial {
   std::optional<std::array<float, 4>> colour;  ///< red, green, blue, alpha from 0 to 1, as sRGB
 };
 
+/// A GLB file of a description (JSON) and its buffer, whose length is a multiple of four (glTF 2.0, 4.4).
+std::string glb_bytes(std::string json, const std::string& data);
+
 class GlbDescription;
 
 /// The description of a file, parsed once. All calls throw MeshFault with the place (mesh, node, accessor) of an

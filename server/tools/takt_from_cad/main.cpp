@@ -1,4 +1,4 @@
-// takt-from-cad: a STEP or GLB file as a running cell. Reads the product, finds what touches what, the order of disassembly and the
+// takt-from-cad: a STEP or glTF file as a running cell. Reads the product, finds what touches what, the order of disassembly and the
 // hierarchy, and writes meshes and a scenario.
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -173,11 +173,7 @@ void print_parts(const product::Product& product, const product::Hierarchy* hier
 /// `step_file`: the file where it is one of STEP.
 product::Product read(const Arguments& a, std::unique_ptr<cad::StepFile>& step_file) {
   const std::string format = lower_text(std::filesystem::path(a.file).extension().string());
-  if (format == ".gltf")
-    throw std::runtime_error(a.file +
-                             ": found glTF in several files; allowed: GLB, which has all in one file, " +
-                             "or STEP. Export it as GLB");
-  if (format == ".glb") {
+  if (format == ".glb" || format == ".gltf") {
     if (a.deflection_given)
       throw std::runtime_error("--deflection: the meshes of " + a.file +
                                " are what they are; leave the option out, or give a STEP file");
@@ -271,12 +267,15 @@ int run(const Arguments& a) {
 
 int main_of(int argc, char** argv) {
   CLI::App app{
-      "Makes a cell from a STEP or GLB file: parts, meshes, contacts, hierarchy, order of disassembly, "
+      "Makes a cell from a STEP or glTF file: parts, meshes, contacts, hierarchy, order of disassembly, "
       "scenario."};
   app.name("takt-from-cad");
   app.set_version_flag("--version", std::string(TAKT_VERSION));
   Arguments a;
-  app.add_option("PRODUCT", a.file, "STEP file (AP203, AP214, AP242), or GLB file with a node for each part")
+  app.add_option("PRODUCT", a.file,
+                 "STEP file (AP203, AP214, AP242), or glTF file (GLB, or .gltf beside its buffers) with a "
+                 "node for each "
+                 "part")
       ->required();
   auto* directory = app.add_option("-o,--output", a.directory, "directory for the scenario and its meshes");
   auto* list = app.add_flag("--list", a.list, "print the parts alone; write nothing");
