@@ -129,13 +129,38 @@ void read_parameter_set(const XmlFile& file, const XMLElement& set, const std::s
     file.children(parameters, {"Parameter"}, [&](const XMLElement& parameter, std::string_view) {
       const std::string name = file.required(parameter, "name");
       file.children(parameter,
-                    {"Real", "Integer", "Boolean", "String", "Float64", "Float32", "Int8", "UInt8", "Int16",
-                     "UInt16", "Int32", "UInt32", "Int64", "UInt64"},
+                    {"Real", "Integer", "Boolean", "String", "Enumeration", "Float64", "Float32", "Int8",
+                     "UInt8", "Int16", "UInt16", "Int32", "UInt32", "Int64", "UInt64"},
                     [&](const XMLElement& value, std::string_view) {
                       values[prefix + name] = {XmlFile::text(value, "value"), XmlFile::text(value, "unit")};
                     });
     });
   });
+}
+
+/// Values under the names that the mapping gives them; what it does not name has no effect.
+Values mapped(const XmlFile& file, const XMLElement& mapping, const Values& values) {
+  Values result;
+  file.children(mapping, {"MappingEntry"}, [&](const XMLElement& entry, std::string_view) {
+    const std::string source = file.required(entry, "source");
+    const auto found = values.find(source);
+    if (found == values.end()) {
+      std::vector<std::string> known;
+      for (const auto& [name, value] : values) known.push_back(name);
+      file.fail(entry, "the source '" + source.substr(0, 200) + "'",
+                known.empty() ? "none, there are no values" : join(known, ", ").substr(0, 1000));
+    }
+    FmuRequest::Value value = found->second;
+    file.children(entry, {"LinearTransformation"}, [&](const XMLElement& linear, std::string_view) {
+      const auto number = finite_number(value.text);
+      if (!number) file.fail(linear, "a transformation of '" + value.text.substr(0, 40) + "'", "numbers");
+      value.text =
+          exact_text(file.number(linear, "factor", 1.0) * *number + file.number(linear, "offset", 0.0));
+      value.unit.clear();  // the transformation gives the unit of the target
+    });
+    result[file.required(entry, "target")] = value;
+  });
+  return result;
 }
 
 class SystemReader {
@@ -330,17 +355,43 @@ class SystemReader {
       if (XmlFile::text(binding, "sourceBase") == "component")
         file_.fail(binding, "sourceBase='component'", "SSD, i.e. a file of the SSP");
       const std::string prefix = XmlFile::text(binding, "prefix");
-      file_.children(binding, {"ParameterValues"}, [&](const XMLElement& inline_values, std::string_view) {
-        file_.children(inline_values, {"ParameterSet"}, [&](const XMLElement& set, std::string_view) {
-          read_parameter_set(file_, set, prefix, values);
-        });
-      });
+      Values own;
+      const XMLElement* mapping = nullptr;
+      file_.children(binding, {"ParameterValues", "ParameterMapping"},
+                     [&](const XMLElement& part, std::string_view kind) {
+                       if (kind == "ParameterMapping") {
+                         mapping = &part;
+                         return;
+                       }
+                       file_.children(part, {"ParameterSet"}, [&](const XMLElement& set, std::string_view) {
+                         read_parameter_set(file_, set, prefix, own);
+                       });
+                     });
       if (const std::string source = XmlFile::text(binding, "source"); !source.empty()) {
         const XmlFile other(directory_, inside(binding, source, ".ssv"));
-        read_parameter_set(other, other.root("ParameterSet"), prefix, values);
+        read_parameter_set(other, other.root("ParameterSet"), prefix, own);
       }
+      if (mapping != nullptr) own = mapped_by(*mapping, own);
+      own.merge(values);  // a later binding wins
+      values = std::move(own);
     });
     return values;
+  }
+
+  Values mapped_by(const XMLElement& mapping, const Values& values) const {
+    const std::string type = XmlFile::text(mapping, "type"), source = XmlFile::text(mapping, "source");
+    if (!type.empty() && type != "application/x-ssp-parameter-mapping")
+      file_.fail(mapping, "type='" + type.substr(0, 100) + "'", "application/x-ssp-parameter-mapping");
+    if (XmlFile::text(mapping, "sourceBase") == "component")
+      file_.fail(mapping, "sourceBase='component'", "SSD, i.e. a file of the SSP");
+    if (!source.empty()) {
+      const XmlFile other(directory_, inside(mapping, source, ".ssm"));
+      return mapped(other, other.root("ParameterMapping"), values);
+    }
+    Values result;
+    file_.children(mapping, {"ParameterMapping"},
+                   [&](const XMLElement& own, std::string_view) { result = mapped(file_, own, values); });
+    return result;
   }
 
   /// Values of a system: NAME of a connector, or ELEMENT.NAME. They win over those of the elements.
@@ -379,7 +430,7 @@ class SystemReader {
     end.connector = file_.required(connection, connector_key);
     const Scope& here = scopes_[scope];
     const Connectors* connectors = &here.connectors;
-    const bool within = connection.Attribute(element_key) == nullptr;
+    const bool within = element.empty();  // some tools write an empty name for none
     if (!within) {
       if (const auto component = here.components.find(element); component != here.components.end()) {
         end.element = static_cast<int>(component->second);
