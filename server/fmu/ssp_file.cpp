@@ -138,6 +138,17 @@ void read_parameter_set(const XmlFile& file, const XMLElement& set, const std::s
   });
 }
 
+/// By the linear transformation that the element may have; it gives the unit of the target.
+void transform(const XmlFile& file, const XMLElement& element, FmuRequest::Value& value) {
+  file.children(element, {"LinearTransformation"}, [&](const XMLElement& linear, std::string_view) {
+    const auto number = finite_number(value.text);
+    if (!number) file.fail(linear, "a transformation of '" + value.text.substr(0, 40) + "'", "numbers");
+    value.text =
+        exact_text(file.number(linear, "factor", 1.0) * *number + file.number(linear, "offset", 0.0));
+    value.unit.clear();
+  });
+}
+
 /// Values under the names that the mapping gives them; what it does not name has no effect.
 Values mapped(const XmlFile& file, const XMLElement& mapping, const Values& values) {
   Values result;
@@ -151,13 +162,7 @@ Values mapped(const XmlFile& file, const XMLElement& mapping, const Values& valu
                 known.empty() ? "none, there are no values" : join(known, ", ").substr(0, 1000));
     }
     FmuRequest::Value value = found->second;
-    file.children(entry, {"LinearTransformation"}, [&](const XMLElement& linear, std::string_view) {
-      const auto number = finite_number(value.text);
-      if (!number) file.fail(linear, "a transformation of '" + value.text.substr(0, 40) + "'", "numbers");
-      value.text =
-          exact_text(file.number(linear, "factor", 1.0) * *number + file.number(linear, "offset", 0.0));
-      value.unit.clear();  // the transformation gives the unit of the target
-    });
+    transform(file, entry, value);
     result[file.required(entry, "target")] = value;
   });
   return result;
@@ -202,6 +207,7 @@ class SystemReader {
     std::vector<std::string> names;  ///< of its elements and systems
     std::map<std::string, std::size_t> components, systems;
     const XMLElement* place = nullptr;  ///< of its Connectors
+    Values parameters;                  ///< of its connectors
   };
   /// A connector of an element, or of a scope: then `element` is -1.
   struct End {
@@ -396,8 +402,11 @@ class SystemReader {
 
   /// Values of a system: NAME of a connector, or ELEMENT.NAME. They win over those of the elements.
   void bind_all(const XMLElement& bindings, const Values& values, std::size_t scope) {
-    const Scope& system = scopes_[scope];
+    Scope& system = scopes_[scope];
     for (const auto& [name, value] : values) {
+      if (const auto own = system.connectors.find(name);
+          own != system.connectors.end() && own->second.kind == "parameter")
+        system.parameters[name] = value;
       if (const auto own = system.connectors.find(name);
           own != system.connectors.end() && own->second.is_number &&
           (own->second.kind == "input" || own->second.kind == "output")) {
@@ -466,6 +475,32 @@ class SystemReader {
     return end;
   }
 
+  /// A connection that gives a parameter of the system to a component. True: it is one.
+  bool connects_parameter(const XMLElement& stated, std::size_t scope) {
+    const Scope& here = scopes_[scope];
+    for (const bool forward : {true, false}) {
+      const std::string from = XmlFile::text(stated, forward ? "startConnector" : "endConnector"),
+                        to = XmlFile::text(stated, forward ? "endConnector" : "startConnector");
+      const auto own = here.connectors.find(from);
+      const auto component =
+          here.components.find(XmlFile::text(stated, forward ? "endElement" : "startElement"));
+      if (!XmlFile::text(stated, forward ? "startElement" : "endElement").empty() ||
+          own == here.connectors.end() || own->second.kind != "parameter" ||
+          component == here.components.end())
+        continue;
+      const Connectors& connectors = by_element_[component->second];
+      const auto target = connectors.find(to);
+      if (target == connectors.end() || target->second.kind != "parameter") continue;
+      if (const auto stated_value = here.parameters.find(from); stated_value != here.parameters.end()) {
+        FmuRequest::Value value = stated_value->second;
+        transform(file_, stated, value);
+        system_.elements[component->second].values[to] = value;
+      }
+      return true;
+    }
+    return false;
+  }
+
   void read_connections(const XMLElement& connections, std::size_t scope) {
     file_.children(connections, {"Connection"}, [&](const XMLElement& stated, std::string_view) {
       if (links_.size() == kMostConnections)
@@ -473,6 +508,7 @@ class SystemReader {
       for (const char* indices : {"startIndices", "endIndices"})
         if (stated.Attribute(indices) != nullptr)
           file_.fail(stated, indices, "connections of whole connectors, which are no arrays");
+      if (connects_parameter(stated, scope)) return;
       Link link;
       bool start_gives = false, start_takes = false, end_gives = false, end_takes = false;
       link.from = end_of(stated, scope, "startElement", "startConnector", start_gives, start_takes);

@@ -204,6 +204,28 @@ TEST(Ssp, AMappingGivesTheValuesOfAParameterSetTheirNamesAndUnits) {
   EXPECT_GT(usual.read("Motor_rotor", "w"), 1.0);
 }
 
+/// Without a value of its own the parameter of the component stays.
+TEST(Ssp, AParameterOfTheSystemReachesComponentsByConnections) {
+  System system;
+  system.winding_values.clear();
+  system.ports += connector("resistance", "parameter");
+  system.connections +=
+      "<ssd:Connection startConnector='resistance' endElement='winding 1' endConnector='R'>"
+      "<ssc:LinearTransformation factor='0.001'/></ssd:Connection>";
+  const auto speed = [](const System& one, const std::string& values) {
+    std::string set = kSystemSet;
+    set.replace(set.find("</ssv:Parameters>"), 0, values);
+    DeviceCell cell(load_xml(one.xml(), "", "", set));
+    cell.run(0.1);
+    return cell.read("Motor_rotor", "w");
+  };
+  System stated;
+  const double wanted = speed(stated, "");  // R is 2, and k that of the system
+  EXPECT_EQ(speed(system, "<ssv:Parameter name='resistance'><ssv:Real value='2000'/></ssv:Parameter>"),
+            wanted);
+  EXPECT_NE(speed(system, ""), wanted);  // R is 1, the start value of the FMU
+}
+
 std::string refusal_of(const System& system) {
   try {
     load_system(system);
