@@ -130,6 +130,22 @@ TEST(FmuFeatures, AStepOfOneSizeMayBeAnother) {
   EXPECT_THAT(notes(FmuCell(kFeatures, "", 0.1)), Not(HasSubstr("prefers")));
 }
 
+/// Its library has functions of Python and names no library that has them. Without an interpreter it is refused.
+TEST(FmuFeatures, ALibraryThatNeedsPythonFindsTheInterpreter) {
+  const std::filesystem::path fmu = kTestFmus / "python.fmu";
+  if (const std::string why = refusal_of_fmu(fmu); why != "accepted") {
+    EXPECT_THAT(why, HasSubstr("needs Python, which this machine does not have: install libpython3"));
+    return;
+  }
+  FmuCell cell(fmu), winding(kTestFmus / "winding.fmu");
+  for (FmuCell* one : {&cell, &winding}) {
+    one->command("u", 12.0);
+    ASSERT_TRUE(one->step(100));
+  }
+  EXPECT_GT(cell.value("i"), 1.0);
+  EXPECT_EQ(cell.value("i"), winding.value("i"));
+}
+
 /// The clock ticks at 0.1 s + k * 0.2 s; inputs count from the step on that begins with the tick.
 TEST(FmuClocks, TickInEventModeWithTheInputsOfTheInstant) {
   FmuCell cell(kTestFmus / "clocked.fmu", "", 0.05);
