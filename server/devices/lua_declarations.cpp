@@ -116,6 +116,13 @@ void Declarations::begin(lua_State* L) {
                                      lua_entry<declare_output>, lua_entry<declare_state>,
                                      lua_entry<declare_differential>};
   for (std::size_t i = 0; i < std::size(kFunctions); ++i) lua_register(L, kFunctions[i], functions[i]);
+  lua_register(L, "print", lua_entry<print>);
+}
+
+int Declarations::print(lua_State*) {
+  throw std::runtime_error(
+      "a device prints nothing; an output shows a value: output('seen'), and in step self.signals.seen = "
+      "VALUE");
 }
 
 void Declarations::check_new(const std::string& name, const char* what) {

@@ -56,6 +56,7 @@ class Declarations {
   static int declare_output(lua_State* L);
   static int declare_state(lua_State* L);
   static int declare_differential(lua_State* L);
+  static int print(lua_State* L);
   int declare_signal(lua_State* L, bool commanded);
   void check_new(const std::string& name, const char* what);
 

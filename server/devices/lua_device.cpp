@@ -44,6 +44,12 @@ class LuaDevice::Interpreter final : private Declarations {
     if (!declared_.has_step && !declared_.has_derivatives)
       throw std::runtime_error(
           p.file + ": neither a function step(self, dt) nor a function derivatives(t, x, inputs, state)");
+    if (!declared_.has_step)
+      for (const Signal& signal : declared_.signals)
+        if (!signal.description.commanded && signal.state < 0)
+          throw std::runtime_error(
+              p.file + ": output '" + signal.description.name +
+              "' is never set: it names no state, and there is no function step(self, dt)");
     fingerprint_ = fingerprint();
   }
 

@@ -42,7 +42,8 @@ void check_name(const std::string& name) {
 }
 
 bool is_of_ssp(const std::string& name) {
-  return name == "SystemStructure.ssd" || name.ends_with(".fmu") || name.ends_with(".ssv");
+  return name == "SystemStructure.ssd" || name.ends_with(".fmu") || name.ends_with(".ssv") ||
+         name.ends_with(".ssm");
 }
 
 bool is_of_fmu(const std::string& name) {

@@ -29,6 +29,7 @@ Limits limits_of(const FmuVariable& v) {
   Limits all{-kFarthest, kFarthest};
   switch (v.type) {
     case FmuType::boolean:
+    case FmuType::clock:
       return {0.0, 1.0};
     case FmuType::int8:
       all = {-128.0, 127.0};
@@ -67,7 +68,7 @@ Limits limits_of(const FmuVariable& v) {
 }
 
 SignalType signal_type(FmuType type) {
-  if (type == FmuType::boolean) return SignalType::boolean;
+  if (type == FmuType::boolean || type == FmuType::clock) return SignalType::boolean;
   return type == FmuType::float64 || type == FmuType::float32 ? SignalType::real : SignalType::integer;
 }
 
@@ -142,12 +143,16 @@ class Wiring {
       offer.notes.push_back(r_.device + ": the FMU takes steps of " + number_text(r_.step_s, 9) +
                             " s; its description prefers step_s: " + number_text(usual, 9) +
                             " and states that it cannot vary its step.");
-    if (fmu_.has_event_mode) check_clocks(offer);
+    if (fmu_.uses_event_mode) check_clocks(offer);
     if (!fmu_.can_serialise_state)
       offer.notes.push_back(r_.device + ": the FMU cannot save its state; this cell has no snapshots.");
   }
 
   void check_clocks(FmuOffer& offer) const {
+    for (const std::string& name : fmu_.silent_clocks)
+      offer.notes.push_back(
+          r_.device + ": the clock '" + name +
+          "' of the FMU does not tick: takt knows constant intervals and triggered clocks.");
     for (const FmuClock& clock : fmu_.clocks) {
       const double interval = clock.interval_s, steps = interval / r_.step_s;
       if (steps < 1.0 - 1e-6)
@@ -246,7 +251,7 @@ class Wiring {
     std::string skipped;
     for (const FmuVariable& v : fmu_.variables) {
       if (v.causality != causality) continue;
-      if (!is_signal(v.type) || !v.unusable.empty()) {
+      if (!is_signal(v) || !v.unusable.empty()) {
         skipped += (skipped.empty() ? "" : ", ") + v.name;
         continue;
       }
@@ -277,7 +282,8 @@ class Wiring {
             v.reference,
             v.elements,
             element,
-            {}};
+            {},
+            fmu_.uses_event_mode && v.causality == "input" ? v.clocks : std::vector<std::uint32_t>()};
   }
 
   /// The start value as the scenario or else the FMU states it.
@@ -293,9 +299,10 @@ class Wiring {
   void wire_inputs(FmuOffer& offer, fmu_wire::Start& start) const {
     for (const FmuWire& wire : r_.inputs ? *r_.inputs : all("input", offer)) {
       const auto [v, element] = find("inputs", wire.second);
-      if (v->causality != "input")
-        fail("inputs", "'" + wire.second + "' is no input but has the causality " + v->causality);
-      if (!is_signal(v->type))
+      if (v->causality != "input" && !(v->causality == "parameter" && v->variability == "tunable"))
+        fail("inputs", "'" + wire.second + "' has the causality " + v->causality +
+                           "; allowed: inputs, and parameters with the variability tunable");
+      if (!is_signal(*v))
         fail("inputs", "'" + wire.second + "' has the type " + std::string(name_of(v->type)) +
                            "; signals are numbers, whole numbers and booleans");
       const Limits limits = limits_of(*v);
@@ -317,7 +324,7 @@ class Wiring {
       const auto [v, element] = find("outputs", wire.second);
       if (v->causality == "input" || v->causality == "independent")
         fail("outputs", "'" + wire.second + "' is no output but has the causality " + v->causality);
-      if (!is_signal(v->type))
+      if (!is_signal(*v))
         fail("outputs", "'" + wire.second + "' has the type " + std::string(name_of(v->type)) +
                             "; signals are numbers, whole numbers and booleans");
       offer.outputs.push_back({name_for(wire, "outputs"), v->unit, false, 0.0, 0.0, signal_type(v->type)});
@@ -440,7 +447,8 @@ FmuOffer FmuLibrary::open(const FmuRequest& request) {
     start.can_copy_state = fmu.can_copy_state;
     start.can_serialise_state = fmu.can_serialise_state;
     start.tolerance = fmu.tolerance;
-    if (fmu.has_event_mode)
+    start.event_mode = fmu.uses_event_mode;
+    if (fmu.uses_event_mode)
       for (const FmuClock& clock : fmu.clocks)
         start.clocks.push_back({clock.reference, clock.interval_s, clock.shift_s});
     Wiring(request, fmu).connect(offer, start);

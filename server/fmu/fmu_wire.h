@@ -28,7 +28,8 @@ struct Place {
   FmuType type = FmuType::float64;
   std::uint32_t reference = 0;
   std::uint64_t elements = 1, element = 0;
-  std::vector<std::string> start{};  ///< of an input that is an array: by element
+  std::vector<std::string> start{};     ///< of an input that is an array: by element
+  std::vector<std::uint32_t> clocks{};  ///< of an input that can be set at their ticks alone
 };
 
 /// A value that is set once, ahead of the initialisation: all elements.
@@ -53,7 +54,8 @@ struct Start {
   double tolerance = 0.0;  ///< relative, of its solver; 0: the FMU chooses
   std::vector<Setting> settings{};
   std::vector<Place> inputs{}, outputs{};
-  std::vector<Clock> clocks{};  ///< of an FMU that runs with event mode; empty: without it
+  bool event_mode = false;  ///< each step begins with an event
+  std::vector<Clock> clocks{};
 };
 
 inline void put(StateWriter& out, const std::vector<std::string>& texts) {
@@ -71,6 +73,8 @@ inline void put(StateWriter& out, const std::vector<Place>& places) {
     out.put(std::string_view(place.name)), out.put(place.type), out.put(place.reference),
         out.put(place.elements), out.put(place.element);
     put(out, place.start);
+    out.put_size(place.clocks.size());
+    for (const std::uint32_t clock : place.clocks) out.put(clock);
   }
 }
 inline std::vector<Place> places(StateReader& in) {
@@ -81,6 +85,8 @@ inline std::vector<Place> places(StateReader& in) {
     place.reference = in.get<std::uint32_t>();
     place.elements = in.get<std::uint64_t>(), place.element = in.get<std::uint64_t>();
     place.start = texts(in);
+    place.clocks.resize(in.size(kMost, "clocks"));
+    for (std::uint32_t& clock : place.clocks) clock = in.get<std::uint32_t>();
   }
   return result;
 }
@@ -97,6 +103,7 @@ inline void put(StateWriter& out, const Start& start) {
     put(out, setting.values);
   }
   put(out, start.inputs), put(out, start.outputs);
+  out.put(start.event_mode);
   out.put_size(start.clocks.size());
   for (const Clock& clock : start.clocks)
     out.put(clock.reference), out.put(clock.interval_s), out.put(clock.shift_s);
@@ -118,6 +125,7 @@ inline Start read_start(StateReader& in) {
     setting.values = texts(in);
   }
   start.inputs = places(in), start.outputs = places(in);
+  start.event_mode = in.flag("a flag");
   start.clocks.resize(in.size(kMost, "clocks"));
   for (Clock& clock : start.clocks) {
     clock.reference = in.get<std::uint32_t>();

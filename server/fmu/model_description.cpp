@@ -237,7 +237,11 @@ class Reader {
         chosen != structural_.end() && v.causality == "structuralParameter")
       v.start = {chosen->second};
     v.is_array = e.FirstChildElement("Dimension") != nullptr && d_.version == 3;
-    if (v.type == FmuType::clock && v.causality == "input") read_clock(e, v);
+    if (v.type == FmuType::clock) read_clock(e, v);
+    for (const std::string& clock : words(text_of(e, "clocks")))
+      if (const auto reference = finite_number(clock);
+          reference && *reference >= 0.0 && *reference < 4294967296.0)
+        v.clocks.push_back(static_cast<std::uint32_t>(*reference));
     if (v.is_array) arrays_.emplace_back(d_.variables.size(), &e);
     add_name(e, v.name);
     if (d_.version == 3)
@@ -250,7 +254,8 @@ class Reader {
 
   /// Its interval stands in the clock or its type, in seconds or as a count of a resolution; clocks that the FMU or others
   /// trigger have none.
-  void read_clock(const XMLElement& e, const FmuVariable& v) {
+  void read_clock(const XMLElement& e, FmuVariable& v) {
+    d_.uses_event_mode = d_.has_event_mode;
     const XMLElement* type = root_.FirstChildElement("TypeDefinitions");
     type = type == nullptr ? nullptr : type->FirstChildElement("ClockType");
     while (type != nullptr && text_of(*type, "name") != text_of(e, "declaredType"))
@@ -263,8 +268,14 @@ class Reader {
       const double resolution = stated("resolution").value_or(0.0);
       return stated(decimal).value_or(resolution > 0.0 ? stated(counter).value_or(0.0) / resolution : 0.0);
     };
+    std::string kind = text_of(e, "intervalVariability");
+    if (kind.empty() && type != nullptr) kind = text_of(*type, "intervalVariability");
+    v.is_triggered_clock = kind == "triggered" && d_.uses_event_mode;
+    if (v.causality != "input" || v.is_triggered_clock) return;
     const double interval_s = seconds("intervalDecimal", "intervalCounter");
-    if (interval_s > 0.0)
+    if (interval_s <= 0.0)
+      d_.silent_clocks.push_back(v.name);
+    else
       d_.clocks.push_back({v.name, v.reference, interval_s, seconds("shiftDecimal", "shiftCounter")});
   }
 

@@ -52,10 +52,18 @@ struct FmuVariable {
   std::vector<std::string> start{};  ///< by element
   std::size_t elements = 1;
   bool is_array = false;
-  std::string unusable{};  ///< why no signal or value can be an element of this array; else empty
+  /// Of FMI 3.0: the clocks that it belongs to; without one it is there at each step.
+  std::vector<std::uint32_t> clocks{};
+  bool is_triggered_clock = false;  ///< takt lets it tick, or reads its ticks
+  std::string unusable{};           ///< why no signal or value can be an element of this array; else empty
   /// Of an enumeration, if its description names them: values by name.
   std::shared_ptr<const std::map<std::string, std::string>> items{};
 };
+
+/// True if its values are those of a signal.
+inline bool is_signal(const FmuVariable& variable) {
+  return is_signal(variable.type) || variable.is_triggered_clock;
+}
 
 /// An input clock of FMI 3.0 that ticks at shift_s + k * interval_s.
 struct FmuClock {
@@ -70,12 +78,14 @@ struct FmuDescription {
   std::string model_name, token, generation_tool, license, identifier;
   bool needs_tool = false;  ///< that made it, to run
   bool has_event_mode = false;
+  bool uses_event_mode = false;  ///< it has clocks too, which need it
   bool variable_step = false, can_copy_state = false, can_serialise_state = false;
   double fixed_step_s = 0.0;    ///< 0: not stated
   double default_step_s = 0.0;  ///< of the default experiment; 0: not stated
   double tolerance = 0.0;       ///< of the default experiment, relative; 0: not stated
   std::vector<FmuVariable> variables;
-  std::vector<FmuClock> clocks;  ///< with constant intervals
+  std::vector<FmuClock> clocks;            ///< with constant intervals
+  std::vector<std::string> silent_clocks;  ///< inputs whose ticks the FMU alone would plan: they do not tick
   std::unordered_map<std::string, std::size_t> by_name;
 
   /// A variable, or an element NAME[i] of an array, from 1 on. Throws FmuError.

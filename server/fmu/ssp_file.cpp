@@ -129,13 +129,43 @@ void read_parameter_set(const XmlFile& file, const XMLElement& set, const std::s
     file.children(parameters, {"Parameter"}, [&](const XMLElement& parameter, std::string_view) {
       const std::string name = file.required(parameter, "name");
       file.children(parameter,
-                    {"Real", "Integer", "Boolean", "String", "Float64", "Float32", "Int8", "UInt8", "Int16",
-                     "UInt16", "Int32", "UInt32", "Int64", "UInt64"},
+                    {"Real", "Integer", "Boolean", "String", "Enumeration", "Float64", "Float32", "Int8",
+                     "UInt8", "Int16", "UInt16", "Int32", "UInt32", "Int64", "UInt64"},
                     [&](const XMLElement& value, std::string_view) {
                       values[prefix + name] = {XmlFile::text(value, "value"), XmlFile::text(value, "unit")};
                     });
     });
   });
+}
+
+/// By the linear transformation that the element may have; it gives the unit of the target.
+void transform(const XmlFile& file, const XMLElement& element, FmuRequest::Value& value) {
+  file.children(element, {"LinearTransformation"}, [&](const XMLElement& linear, std::string_view) {
+    const auto number = finite_number(value.text);
+    if (!number) file.fail(linear, "a transformation of '" + value.text.substr(0, 40) + "'", "numbers");
+    value.text =
+        exact_text(file.number(linear, "factor", 1.0) * *number + file.number(linear, "offset", 0.0));
+    value.unit.clear();
+  });
+}
+
+/// Values under the names that the mapping gives them; what it does not name has no effect.
+Values mapped(const XmlFile& file, const XMLElement& mapping, const Values& values) {
+  Values result;
+  file.children(mapping, {"MappingEntry"}, [&](const XMLElement& entry, std::string_view) {
+    const std::string source = file.required(entry, "source");
+    const auto found = values.find(source);
+    if (found == values.end()) {
+      std::vector<std::string> known;
+      for (const auto& [name, value] : values) known.push_back(name);
+      file.fail(entry, "the source '" + source.substr(0, 200) + "'",
+                known.empty() ? "none, there are no values" : join(known, ", ").substr(0, 1000));
+    }
+    FmuRequest::Value value = found->second;
+    transform(file, entry, value);
+    result[file.required(entry, "target")] = value;
+  });
+  return result;
 }
 
 class SystemReader {
@@ -177,6 +207,7 @@ class SystemReader {
     std::vector<std::string> names;  ///< of its elements and systems
     std::map<std::string, std::size_t> components, systems;
     const XMLElement* place = nullptr;  ///< of its Connectors
+    Values parameters;                  ///< of its connectors
   };
   /// A connector of an element, or of a scope: then `element` is -1.
   struct End {
@@ -330,23 +361,52 @@ class SystemReader {
       if (XmlFile::text(binding, "sourceBase") == "component")
         file_.fail(binding, "sourceBase='component'", "SSD, i.e. a file of the SSP");
       const std::string prefix = XmlFile::text(binding, "prefix");
-      file_.children(binding, {"ParameterValues"}, [&](const XMLElement& inline_values, std::string_view) {
-        file_.children(inline_values, {"ParameterSet"}, [&](const XMLElement& set, std::string_view) {
-          read_parameter_set(file_, set, prefix, values);
-        });
-      });
+      Values own;
+      const XMLElement* mapping = nullptr;
+      file_.children(binding, {"ParameterValues", "ParameterMapping"},
+                     [&](const XMLElement& part, std::string_view kind) {
+                       if (kind == "ParameterMapping") {
+                         mapping = &part;
+                         return;
+                       }
+                       file_.children(part, {"ParameterSet"}, [&](const XMLElement& set, std::string_view) {
+                         read_parameter_set(file_, set, prefix, own);
+                       });
+                     });
       if (const std::string source = XmlFile::text(binding, "source"); !source.empty()) {
         const XmlFile other(directory_, inside(binding, source, ".ssv"));
-        read_parameter_set(other, other.root("ParameterSet"), prefix, values);
+        read_parameter_set(other, other.root("ParameterSet"), prefix, own);
       }
+      if (mapping != nullptr) own = mapped_by(*mapping, own);
+      own.merge(values);  // a later binding wins
+      values = std::move(own);
     });
     return values;
   }
 
+  Values mapped_by(const XMLElement& mapping, const Values& values) const {
+    const std::string type = XmlFile::text(mapping, "type"), source = XmlFile::text(mapping, "source");
+    if (!type.empty() && type != "application/x-ssp-parameter-mapping")
+      file_.fail(mapping, "type='" + type.substr(0, 100) + "'", "application/x-ssp-parameter-mapping");
+    if (XmlFile::text(mapping, "sourceBase") == "component")
+      file_.fail(mapping, "sourceBase='component'", "SSD, i.e. a file of the SSP");
+    if (!source.empty()) {
+      const XmlFile other(directory_, inside(mapping, source, ".ssm"));
+      return mapped(other, other.root("ParameterMapping"), values);
+    }
+    Values result;
+    file_.children(mapping, {"ParameterMapping"},
+                   [&](const XMLElement& own, std::string_view) { result = mapped(file_, own, values); });
+    return result;
+  }
+
   /// Values of a system: NAME of a connector, or ELEMENT.NAME. They win over those of the elements.
   void bind_all(const XMLElement& bindings, const Values& values, std::size_t scope) {
-    const Scope& system = scopes_[scope];
+    Scope& system = scopes_[scope];
     for (const auto& [name, value] : values) {
+      if (const auto own = system.connectors.find(name);
+          own != system.connectors.end() && own->second.kind == "parameter")
+        system.parameters[name] = value;
       if (const auto own = system.connectors.find(name);
           own != system.connectors.end() && own->second.is_number &&
           (own->second.kind == "input" || own->second.kind == "output")) {
@@ -379,7 +439,7 @@ class SystemReader {
     end.connector = file_.required(connection, connector_key);
     const Scope& here = scopes_[scope];
     const Connectors* connectors = &here.connectors;
-    const bool within = connection.Attribute(element_key) == nullptr;
+    const bool within = element.empty();  // some tools write an empty name for none
     if (!within) {
       if (const auto component = here.components.find(element); component != here.components.end()) {
         end.element = static_cast<int>(component->second);
@@ -415,6 +475,32 @@ class SystemReader {
     return end;
   }
 
+  /// A connection that gives a parameter of the system to a component. True: it is one.
+  bool connects_parameter(const XMLElement& stated, std::size_t scope) {
+    const Scope& here = scopes_[scope];
+    for (const bool forward : {true, false}) {
+      const std::string from = XmlFile::text(stated, forward ? "startConnector" : "endConnector"),
+                        to = XmlFile::text(stated, forward ? "endConnector" : "startConnector");
+      const auto own = here.connectors.find(from);
+      const auto component =
+          here.components.find(XmlFile::text(stated, forward ? "endElement" : "startElement"));
+      if (!XmlFile::text(stated, forward ? "startElement" : "endElement").empty() ||
+          own == here.connectors.end() || own->second.kind != "parameter" ||
+          component == here.components.end())
+        continue;
+      const Connectors& connectors = by_element_[component->second];
+      const auto target = connectors.find(to);
+      if (target == connectors.end() || target->second.kind != "parameter") continue;
+      if (const auto stated_value = here.parameters.find(from); stated_value != here.parameters.end()) {
+        FmuRequest::Value value = stated_value->second;
+        transform(file_, stated, value);
+        system_.elements[component->second].values[to] = value;
+      }
+      return true;
+    }
+    return false;
+  }
+
   void read_connections(const XMLElement& connections, std::size_t scope) {
     file_.children(connections, {"Connection"}, [&](const XMLElement& stated, std::string_view) {
       if (links_.size() == kMostConnections)
@@ -422,6 +508,7 @@ class SystemReader {
       for (const char* indices : {"startIndices", "endIndices"})
         if (stated.Attribute(indices) != nullptr)
           file_.fail(stated, indices, "connections of whole connectors, which are no arrays");
+      if (connects_parameter(stated, scope)) return;
       Link link;
       bool start_gives = false, start_takes = false, end_gives = false, end_takes = false;
       link.from = end_of(stated, scope, "startElement", "startConnector", start_gives, start_takes);

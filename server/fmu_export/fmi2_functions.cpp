@@ -1,6 +1,7 @@
 // The functions of FMI 2.0 (2.0.5) of an exported cell: co-simulation. No exception leaves them.
 #include <fmi2Functions.h>
 
+#include <limits>
 #include <memory>
 
 #include "server/fmu_export/cell_instance.h"
@@ -39,30 +40,41 @@ fmi2Status guarded(fmi2Component c, const Work& work) {
   }
 }
 
+/// Of an empty reason: OK.
+fmi2Status done(const Component& component, const std::string& why) {
+  return why.empty() ? fmi2OK : component.fail(why);
+}
+
 template <class T>
-fmi2Status get(fmi2Component c, const fmi2ValueReference vr[], size_t n, T values[]) {
+fmi2Status get(fmi2Component c, const fmi2ValueReference vr[], size_t n, T values[], takt::SignalType type) {
   return guarded(c, [&](Component& component) {
     for (size_t i = 0; i < n; ++i) {
-      if (!component.cell->exists(vr[i]))
-        return component.fail("there is no variable " + std::to_string(vr[i]));
-      values[i] = static_cast<T>(component.cell->value(vr[i]));
+      double value = 0.0;
+      if (const std::string why = component.cell->get(vr[i], type, value); !why.empty())
+        return component.fail(why);
+      values[i] = static_cast<T>(value);
     }
     return fmi2OK;
   });
 }
 template <class T>
-fmi2Status set(fmi2Component c, const fmi2ValueReference vr[], size_t n, const T values[]) {
+fmi2Status set(fmi2Component c, const fmi2ValueReference vr[], size_t n, const T values[],
+               takt::SignalType type) {
   return guarded(c, [&](Component& component) {
     for (size_t i = 0; i < n; ++i) {
-      if (!component.cell->is_input(vr[i]))
-        return component.fail("variable " + std::to_string(vr[i]) + " is no input");
-      component.cell->set(vr[i], static_cast<double>(values[i]));
+      // Of booleans, which are integers, all but 0 is true.
+      const double value = type != takt::SignalType::boolean ? static_cast<double>(values[i])
+                           : values[i] != T{}                ? 1.0
+                                                             : 0.0;
+      if (const std::string why = component.cell->set(vr[i], type, value); !why.empty())
+        return component.fail(why);
     }
     return fmi2OK;
   });
 }
 
 using State = std::vector<std::byte>;
+const std::string kNoState = "there is no state: the pointer is null";
 
 }  // namespace
 
@@ -97,20 +109,23 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
 void fmi2FreeInstance(fmi2Component c) {
   delete static_cast<Component*>(c);
 }
-fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean, fmi2Real, fmi2Real start, fmi2Boolean,
-                               fmi2Real) {
+fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean, fmi2Real, fmi2Real start, fmi2Boolean ends,
+                               fmi2Real stop) {
   return guarded(c, [&](Component& component) {
-    return start == 0.0 ? fmi2OK : component.fail("the cell starts at 0 s");
+    return done(component, component.cell->set_experiment(
+                               start, ends != fmi2False ? stop : std::numeric_limits<double>::infinity()));
   });
 }
-fmi2Status fmi2EnterInitializationMode(fmi2Component) {
-  return fmi2OK;
+fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
+  return guarded(
+      c, [](Component& component) { return done(component, component.cell->enter_initialisation()); });
 }
-fmi2Status fmi2ExitInitializationMode(fmi2Component) {
-  return fmi2OK;
+fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
+  return guarded(c,
+                 [](Component& component) { return done(component, component.cell->exit_initialisation()); });
 }
-fmi2Status fmi2Terminate(fmi2Component) {
-  return fmi2OK;
+fmi2Status fmi2Terminate(fmi2Component c) {
+  return guarded(c, [](Component& component) { return done(component, component.cell->terminate()); });
 }
 fmi2Status fmi2Reset(fmi2Component c) {
   return guarded(c, [](Component& component) {
@@ -120,25 +135,25 @@ fmi2Status fmi2Reset(fmi2Component c) {
 }
 
 fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Real x[]) {
-  return get(c, vr, n, x);
+  return get(c, vr, n, x, takt::SignalType::real);
 }
 fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Integer x[]) {
-  return get(c, vr, n, x);
+  return get(c, vr, n, x, takt::SignalType::integer);
 }
 fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Boolean x[]) {
-  return get(c, vr, n, x);
+  return get(c, vr, n, x, takt::SignalType::boolean);
 }
 fmi2Status fmi2GetString(fmi2Component, const fmi2ValueReference[], size_t n, fmi2String[]) {
   return n == 0 ? fmi2OK : fmi2Error;
 }
 fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Real x[]) {
-  return set(c, vr, n, x);
+  return set(c, vr, n, x, takt::SignalType::real);
 }
 fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Integer x[]) {
-  return set(c, vr, n, x);
+  return set(c, vr, n, x, takt::SignalType::integer);
 }
 fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Boolean x[]) {
-  return set(c, vr, n, x);
+  return set(c, vr, n, x, takt::SignalType::boolean);
 }
 fmi2Status fmi2SetString(fmi2Component, const fmi2ValueReference[], size_t n, const fmi2String[]) {
   return n == 0 ? fmi2OK : fmi2Error;
@@ -146,9 +161,10 @@ fmi2Status fmi2SetString(fmi2Component, const fmi2ValueReference[], size_t n, co
 
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean) {
   return guarded(c, [&](Component& component) {
-    bool refused = false;
-    const std::string why = component.cell->step(t, h, refused);
-    return why.empty() ? fmi2OK : component.fail(why, refused ? fmi2Discard : fmi2Error);
+    std::string why;
+    const auto outcome = component.cell->step(t, h, why);
+    if (outcome == takt::CellInstance::Outcome::stepped) return fmi2OK;
+    return component.fail(why, outcome == takt::CellInstance::Outcome::discarded ? fmi2Discard : fmi2Error);
   });
 }
 fmi2Status fmi2CancelStep(fmi2Component) {
@@ -190,31 +206,43 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component, const fmi2ValueReference[
 
 fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate* to) {
   return guarded(c, [&](Component& component) {
-    if (*to == nullptr) *to = new State;
-    const std::string why = component.cell->save(*static_cast<State*>(*to));
-    return why.empty() ? fmi2OK : component.fail(why);
+    auto state = std::make_unique<State>();
+    if (const std::string why = component.cell->save(*state); !why.empty()) return component.fail(why);
+    if (*to != nullptr)
+      *static_cast<State*>(*to) = std::move(*state);
+    else
+      *to = state.release();
+    return fmi2OK;
   });
 }
 fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate from) {
   return guarded(c, [&](Component& component) {
-    const std::string why = component.cell->restore(*static_cast<State*>(from));
-    return why.empty() ? fmi2OK : component.fail(why);
+    return done(component, from == nullptr ? kNoState : component.cell->restore(*static_cast<State*>(from)));
   });
 }
 fmi2Status fmi2FreeFMUstate(fmi2Component, fmi2FMUstate* state) {
+  if (state == nullptr) return fmi2OK;
   delete static_cast<State*>(*state);
   *state = nullptr;
   return fmi2OK;
 }
-fmi2Status fmi2SerializedFMUstateSize(fmi2Component, fmi2FMUstate state, size_t* size) {
-  *size = static_cast<State*>(state)->size();
-  return fmi2OK;
+fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t* size) {
+  return guarded(c, [&](Component& component) {
+    if (state == nullptr) return component.fail(kNoState);
+    *size = static_cast<State*>(state)->size();
+    return fmi2OK;
+  });
 }
-fmi2Status fmi2SerializeFMUstate(fmi2Component, fmi2FMUstate state, fmi2Byte to[], size_t size) {
-  const State& bytes = *static_cast<State*>(state);
-  if (size < bytes.size()) return fmi2Error;
-  std::copy(bytes.begin(), bytes.end(), reinterpret_cast<std::byte*>(to));
-  return fmi2OK;
+fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte to[], size_t size) {
+  return guarded(c, [&](Component& component) {
+    if (state == nullptr) return component.fail(kNoState);
+    const State& bytes = *static_cast<State*>(state);
+    if (size < bytes.size())
+      return component.fail("the state has " + std::to_string(bytes.size()) + " bytes; found room for " +
+                            std::to_string(size));
+    std::copy(bytes.begin(), bytes.end(), reinterpret_cast<std::byte*>(to));
+    return fmi2OK;
+  });
 }
 fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte from[], size_t size, fmi2FMUstate* state) {
   return guarded(c, [&](Component&) {

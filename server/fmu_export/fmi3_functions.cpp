@@ -2,6 +2,7 @@
 // those of other interfaces and types answer with an error.
 #include <fmi3Functions.h>
 
+#include <limits>
 #include <memory>
 
 #include "server/fmu_export/cell_instance.h"
@@ -35,32 +36,40 @@ fmi3Status guarded(fmi3Instance c, const Work& work) {
   }
 }
 
+/// Of an empty reason: OK.
+fmi3Status done(const Instance& instance, const std::string& why) {
+  return why.empty() ? fmi3OK : instance.fail(why);
+}
+
 template <class T>
-fmi3Status get(fmi3Instance c, const fmi3ValueReference vr[], size_t n, T values[], size_t count) {
+fmi3Status get(fmi3Instance c, const fmi3ValueReference vr[], size_t n, T values[], size_t count,
+               takt::SignalType type) {
   return guarded(c, [&](Instance& instance) {
     if (n != count) return instance.fail("all variables are scalars");
     for (size_t i = 0; i < n; ++i) {
-      if (!instance.cell->exists(vr[i]))
-        return instance.fail("there is no variable " + std::to_string(vr[i]));
-      values[i] = static_cast<T>(instance.cell->value(vr[i]));
+      double value = 0.0;
+      if (const std::string why = instance.cell->get(vr[i], type, value); !why.empty())
+        return instance.fail(why);
+      values[i] = static_cast<T>(value);
     }
     return fmi3OK;
   });
 }
 template <class T>
-fmi3Status set(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const T values[], size_t count) {
+fmi3Status set(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const T values[], size_t count,
+               takt::SignalType type) {
   return guarded(c, [&](Instance& instance) {
     if (n != count) return instance.fail("all variables are scalars");
     for (size_t i = 0; i < n; ++i) {
-      if (!instance.cell->is_input(vr[i]))
-        return instance.fail("variable " + std::to_string(vr[i]) + " is no input");
-      instance.cell->set(vr[i], static_cast<double>(values[i]));
+      const std::string why = instance.cell->set(vr[i], type, static_cast<double>(values[i]));
+      if (!why.empty()) return instance.fail(why);
     }
     return fmi3OK;
   });
 }
 
 using State = std::vector<std::byte>;
+const std::string kNoState = "there is no state: the pointer is null";
 
 }  // namespace
 
@@ -102,15 +111,18 @@ void fmi3FreeInstance(fmi3Instance c) {
   delete static_cast<Instance*>(c);
 }
 fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean, fmi3Float64, fmi3Float64 start,
-                                       fmi3Boolean, fmi3Float64) {
-  return guarded(
-      c, [&](Instance& instance) { return start == 0.0 ? fmi3OK : instance.fail("the cell starts at 0 s"); });
+                                       fmi3Boolean ends, fmi3Float64 stop) {
+  return guarded(c, [&](Instance& instance) {
+    const std::string why =
+        instance.cell->set_experiment(start, ends ? stop : std::numeric_limits<double>::infinity());
+    return done(instance, why.empty() ? instance.cell->enter_initialisation() : why);
+  });
 }
-fmi3Status fmi3ExitInitializationMode(fmi3Instance) {
-  return fmi3OK;
+fmi3Status fmi3ExitInitializationMode(fmi3Instance c) {
+  return guarded(c, [](Instance& instance) { return done(instance, instance.cell->exit_initialisation()); });
 }
-fmi3Status fmi3Terminate(fmi3Instance) {
-  return fmi3OK;
+fmi3Status fmi3Terminate(fmi3Instance c) {
+  return guarded(c, [](Instance& instance) { return done(instance, instance.cell->terminate()); });
 }
 fmi3Status fmi3Reset(fmi3Instance c) {
   return guarded(c, [](Instance& instance) {
@@ -121,67 +133,80 @@ fmi3Status fmi3Reset(fmi3Instance c) {
 
 fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3Float64 x[],
                           size_t count) {
-  return get(c, vr, n, x, count);
+  return get(c, vr, n, x, count, takt::SignalType::real);
 }
 fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3Float64 x[],
                           size_t count) {
-  return set(c, vr, n, x, count);
+  return set(c, vr, n, x, count, takt::SignalType::real);
 }
 fmi3Status fmi3GetInt32(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3Int32 x[],
                         size_t count) {
-  return get(c, vr, n, x, count);
+  return get(c, vr, n, x, count, takt::SignalType::integer);
 }
 fmi3Status fmi3SetInt32(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3Int32 x[],
                         size_t count) {
-  return set(c, vr, n, x, count);
+  return set(c, vr, n, x, count, takt::SignalType::integer);
 }
 fmi3Status fmi3GetBoolean(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3Boolean x[],
                           size_t count) {
-  return get(c, vr, n, x, count);
+  return get(c, vr, n, x, count, takt::SignalType::boolean);
 }
 fmi3Status fmi3SetBoolean(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3Boolean x[],
                           size_t count) {
-  return set(c, vr, n, x, count);
+  return set(c, vr, n, x, count, takt::SignalType::boolean);
 }
 
 fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 t, fmi3Float64 h, fmi3Boolean, fmi3Boolean* event,
                       fmi3Boolean* ended, fmi3Boolean* early, fmi3Float64* last) {
   return guarded(c, [&](Instance& instance) {
     *event = *ended = *early = false;
-    bool refused = false;
-    const std::string why = instance.cell->step(t, h, refused);
+    std::string why;
+    const auto outcome = instance.cell->step(t, h, why);
     *last = instance.cell->value(instance.cell->time_variable());
-    return why.empty() ? fmi3OK : instance.fail(why, refused ? fmi3Discard : fmi3Error);
+    if (outcome == takt::CellInstance::Outcome::stepped) return fmi3OK;
+    return instance.fail(why, outcome == takt::CellInstance::Outcome::discarded ? fmi3Discard : fmi3Error);
   });
 }
 
 fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState* to) {
   return guarded(c, [&](Instance& instance) {
-    if (*to == nullptr) *to = new State;
-    const std::string why = instance.cell->save(*static_cast<State*>(*to));
-    return why.empty() ? fmi3OK : instance.fail(why);
+    auto state = std::make_unique<State>();
+    if (const std::string why = instance.cell->save(*state); !why.empty()) return instance.fail(why);
+    if (*to != nullptr)
+      *static_cast<State*>(*to) = std::move(*state);
+    else
+      *to = state.release();
+    return fmi3OK;
   });
 }
 fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState from) {
   return guarded(c, [&](Instance& instance) {
-    const std::string why = instance.cell->restore(*static_cast<State*>(from));
-    return why.empty() ? fmi3OK : instance.fail(why);
+    return done(instance, from == nullptr ? kNoState : instance.cell->restore(*static_cast<State*>(from)));
   });
 }
 fmi3Status fmi3FreeFMUState(fmi3Instance, fmi3FMUState* state) {
+  if (state == nullptr) return fmi3OK;
   delete static_cast<State*>(*state);
   *state = nullptr;
   return fmi3OK;
 }
-fmi3Status fmi3SerializedFMUStateSize(fmi3Instance, fmi3FMUState state, size_t* size) {
-  *size = static_cast<State*>(state)->size();
-  return fmi3OK;
+fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState state, size_t* size) {
+  return guarded(c, [&](Instance& instance) {
+    if (state == nullptr) return instance.fail(kNoState);
+    *size = static_cast<State*>(state)->size();
+    return fmi3OK;
+  });
 }
-fmi3Status fmi3SerializeFMUState(fmi3Instance, fmi3FMUState state, fmi3Byte to[], size_t size) {
-  const State& bytes = *static_cast<State*>(state);
-  if (size < bytes.size()) return fmi3Error;
-  std::copy(bytes.begin(), bytes.end(), reinterpret_cast<std::byte*>(to));
-  return fmi3OK;
+fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState state, fmi3Byte to[], size_t size) {
+  return guarded(c, [&](Instance& instance) {
+    if (state == nullptr) return instance.fail(kNoState);
+    const State& bytes = *static_cast<State*>(state);
+    if (size < bytes.size())
+      return instance.fail("the state has " + std::to_string(bytes.size()) + " bytes; found room for " +
+                           std::to_string(size));
+    std::copy(bytes.begin(), bytes.end(), reinterpret_cast<std::byte*>(to));
+    return fmi3OK;
+  });
 }
 fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte from[], size_t size, fmi3FMUState* state) {
   return guarded(c, [&](Instance&) {

@@ -226,6 +226,8 @@ TEST(LuaDevice, ATextThatCannotBeADeviceIsRefusedWithFileAndLine) {
       {"x = = 1", "device.lua:1:"},
       {kSignal, "neither a function step"},
       {"function step(self, dt) end", "no signal"},
+      {"output('y')\ndifferential('x')\nfunction derivatives() return {x = 1} end\nfunction Step() end",
+       "output 'y' is never set: it names no state, and there is no function step(self, dt)"},
       {kSignal + "step = 3", "'step' is a number"},
       {kSignal + "output('y')\nfunction step() end", "device.lua:2: signal 'y' is declared twice"},
       {"output('y', {units = 'm'})", "option 'units' is unknown; known are unit, type, initial, state"},
@@ -244,6 +246,7 @@ TEST(LuaDevice, ATextThatCannotBeADeviceIsRefusedWithFileAndLine) {
       {"local s, t = string.rep('x', 1000), {}\nfor i = 1, 40 do t[i] = string.rep(s, 1000 - i) end",
        "device may use 16 MB"},
       {"os.exit(1)", "undefined name 'os'"},
+      {"print('here')", "a device prints nothing; an output shows a value"},
       {"io.open('/etc/passwd')", "undefined name 'io'"},
       {"local p = parameter('p', 1, {lower = 2})", "parameter 'p' is 1; allowed: 2 to"},
   };

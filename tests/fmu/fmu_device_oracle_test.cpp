@@ -141,7 +141,8 @@ TEST_P(Motor, WrongKeysAreRefusedWithTheirPlaceAndReason) {
   EXPECT_THAT(refusal_of_fmu(fmu(), "inputs: [motor.v]"),
               HasSubstr("it has no variable 'motor.v'; it has R, L, k"));
   EXPECT_THAT(refusal_of_fmu(fmu(), "inputs: [motor.w]"),
-              HasSubstr("'motor.w' is no input but has the causality output"));
+              HasSubstr("'motor.w' has the causality output; allowed: inputs, and parameters with the "
+                        "variability tunable"));
   EXPECT_THAT(refusal_of_fmu(fmu(), "outputs: [motor.u]"),
               HasSubstr("'motor.u' is no output but has the causality input"));
   EXPECT_THAT(refusal_of_fmu(fmu(), "parameters: {motor.u: 1}"), HasSubstr("'motor.u' is no parameter"));

@@ -52,6 +52,20 @@ TEST(FmuFeatures, ArraysTextsEnumerationsAndResourcesActAsTheFmuStates) {
               HasSubstr("answered fmi3Error to fmi3EnterInitializationMode"));
 }
 
+TEST(FmuFeatures, ATunableParameterCanBeAnInput) {
+  FmuCell cell(kFeatures, "step_s: 0.001, start: {'u[1]': 7}, inputs: [mode]");
+  EXPECT_EQ(cell.value("mode"), 1.0);
+  ASSERT_TRUE(cell.step());
+  EXPECT_EQ(cell.value("y_1"), 7.5);
+  cell.command("mode", 2.0);
+  ASSERT_TRUE(cell.step());
+  EXPECT_EQ(cell.value("y_1"), -6.5) << cell.notices();
+  EXPECT_EQ(FmuCell(kFeatures, "step_s: 0.001, parameters: {mode: 2}, inputs: [mode]").value("mode"), 2.0);
+  EXPECT_THAT(refusal_of_fmu(kFeatures, "inputs: [long_start]"),
+              HasSubstr("'long_start' has the causality parameter; allowed: inputs, and parameters with the "
+                        "variability tunable"));
+}
+
 TEST(FmuFeatures, AStructuralParameterSetsTheSizesOfArrays) {
   FmuCell cell(kFeatures, "step_s: 0.001, parameters: {n: 5}, start: {'u[4]': 1}");
   cell.command("u_5", 2.0);
@@ -116,6 +130,22 @@ TEST(FmuFeatures, AStepOfOneSizeMayBeAnother) {
   EXPECT_THAT(notes(FmuCell(kFeatures, "", 0.1)), Not(HasSubstr("prefers")));
 }
 
+/// Its library has functions of Python and names no library that has them. Without an interpreter it is refused.
+TEST(FmuFeatures, ALibraryThatNeedsPythonFindsTheInterpreter) {
+  const std::filesystem::path fmu = kTestFmus / "python.fmu";
+  if (const std::string why = refusal_of_fmu(fmu); why != "accepted") {
+    EXPECT_THAT(why, HasSubstr("needs Python, which this machine does not have: install libpython3"));
+    return;
+  }
+  FmuCell cell(fmu), winding(kTestFmus / "winding.fmu");
+  for (FmuCell* one : {&cell, &winding}) {
+    one->command("u", 12.0);
+    ASSERT_TRUE(one->step(100));
+  }
+  EXPECT_GT(cell.value("i"), 1.0);
+  EXPECT_EQ(cell.value("i"), winding.value("i"));
+}
+
 /// The clock ticks at 0.1 s + k * 0.2 s; inputs count from the step on that begins with the tick.
 TEST(FmuClocks, TickInEventModeWithTheInputsOfTheInstant) {
   FmuCell cell(kTestFmus / "clocked.fmu", "", 0.05);
@@ -136,6 +166,40 @@ TEST(FmuClocks, TickInEventModeWithTheInputsOfTheInstant) {
   EXPECT_THAT(
       refusal_of_fmu(kTestFmus / "clocked.fmu", "", 0.3),
       HasSubstr("its clock 'sampling' ticks every 0.2 s; found a step of 0.3 s; allowed: up to this"));
+}
+
+/// sample belongs to the clock trigger: set without its tick it is an error of the FMU. tock ticks with trigger.
+TEST(FmuClocks, ATriggeredClockIsASignal) {
+  FmuCell cell(kTestFmus / "clocked.fmu", "", 0.05);
+  EXPECT_EQ(cell.device().signals[cell.index("trigger")].type, SignalType::boolean);
+  const auto step_with = [&](const char* signal, double value) {
+    cell.command(signal, value);
+    ASSERT_TRUE(cell.step());
+    EXPECT_EQ(cell.value("failed"), 0.0) << cell.notices();
+  };
+  step_with("sample", 5.0);
+  EXPECT_EQ(cell.value("held"), 0.0);
+  EXPECT_EQ(cell.value("tock"), 0.0);
+  step_with("trigger", 1.0);
+  EXPECT_EQ(cell.value("held"), 5.0);
+  EXPECT_EQ(cell.value("tock"), 1.0);
+  step_with("trigger", 0.0);
+  EXPECT_EQ(cell.value("tock"), 0.0);
+  step_with("sample", 7.0);
+  EXPECT_EQ(cell.value("held"), 5.0);
+  EXPECT_THAT(notes(cell), HasSubstr("the clock 'planned' of the FMU does not tick"));
+}
+
+/// It ends at 3 s: its outputs are those of 3 s, and the step after it fails.
+TEST(FmuClocks, AnEndOfTheSimulationHasItsOutputs) {
+  FmuCell cell(kTestFmus / "clocked.fmu", "", 0.05);
+  ASSERT_TRUE(cell.step(60));
+  EXPECT_EQ(cell.value("failed"), 0.0) << cell.notices();
+  EXPECT_EQ(cell.value("count"), 15.0);
+  ASSERT_TRUE(cell.step());
+  EXPECT_EQ(cell.value("failed"), 1.0);
+  EXPECT_THAT(cell.notices(), HasSubstr("the FMU ended its simulation at 3.0"));
+  EXPECT_EQ(cell.value("count"), 15.0);
 }
 
 /// The motor of FMI 3.0 with another description: `text` of it replaced by `by`.

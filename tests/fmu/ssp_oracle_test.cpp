@@ -44,7 +44,7 @@ struct System {
       "<ssd:ParameterBindings><ssd:ParameterBinding source='resources/system.ssv'/></ssd:ParameterBindings>";
   std::string elements;  ///< besides the two
   std::string connections =
-      "<ssd:Connection startConnector='u' endElement='winding 1' endConnector='u'/>"
+      "<ssd:Connection startElement='' startConnector='u' endElement='winding 1' endConnector='u'/>"
       "<ssd:Connection startElement='winding 1' startConnector='tau' endElement='rotor' endConnector='tau'>"
       "<ssc:LinearTransformation factor='0.5' offset='0.01'/></ssd:Connection>"
       "<ssd:Connection startElement='winding 1' startConnector='w' endElement='rotor' endConnector='w'/>"
@@ -87,13 +87,16 @@ const std::string kSystemSet =
 
 std::shared_ptr<const CellModel> load_xml(const std::string& xml, const std::string& keys = "",
                                           const std::string& more = "",
-                                          const std::string& system_set = kSystemSet) {
+                                          const std::string& system_set = kSystemSet,
+                                          const std::vector<ZipEntry>& further = {}) {
   const TemporaryDirectory directory;
-  write_zip(directory / "motor.ssp", {{"SystemStructure.ssd", xml},
-                                      {"resources/system.ssv", system_set},
-                                      {"resources/winding.fmu", bytes_of(kTestFmus / "winding.fmu")},
-                                      {"resources/drive/winding.fmu", bytes_of(kTestFmus / "winding.fmu")},
-                                      {"resources/rotor.fmu", bytes_of(kTestFmus / "rotor.fmu")}});
+  std::vector<ZipEntry> files{{"SystemStructure.ssd", xml},
+                              {"resources/system.ssv", system_set},
+                              {"resources/winding.fmu", bytes_of(kTestFmus / "winding.fmu")},
+                              {"resources/drive/winding.fmu", bytes_of(kTestFmus / "winding.fmu")},
+                              {"resources/rotor.fmu", bytes_of(kTestFmus / "rotor.fmu")}};
+  files.insert(files.end(), further.begin(), further.end());
+  write_zip(directory / "motor.ssp", files);
   directory.write("cell.yaml",
                   "takt_scenario: 1\nname: ssp\nsolver: {step_s: 0.001}\nssp: {Motor: {file: motor.ssp" +
                       keys + "}}\n" + more);
@@ -167,6 +170,62 @@ TEST(Ssp, ValuesThatTheFmuDoesNotHaveAreNoted) {
                            HasSubstr("Motor_rotor: FMU rotor.fmu")));
 }
 
+/// The values of the winding by other names and in other units.
+std::string mapped_values(const std::string& mapping) {
+  return "<ssd:ParameterBindings><ssd:ParameterBinding prefix='x.'><ssd:ParameterValues><ssv:ParameterSet "
+         "version='1.0' name='p'><ssv:Parameters>"
+         "<ssv:Parameter name='resistance'><ssv:Real value='2000' unit='mOhm'/></ssv:Parameter>"
+         "<ssv:Parameter name='constant'><ssv:Real value='0.5'/></ssv:Parameter>"
+         "<ssv:Parameter name='R'><ssv:Real value='77'/></ssv:Parameter>"
+         "<ssv:Parameter name='colour'><ssv:Enumeration value='red'/></ssv:Parameter></ssv:Parameters>"
+         "</ssv:ParameterSet></ssd:ParameterValues>" +
+         mapping + "</ssd:ParameterBinding></ssd:ParameterBindings>";
+}
+const std::string kEntries =
+    "<ssm:MappingEntry source='x.resistance' target='R'><ssc:LinearTransformation factor='0.001'/>"
+    "</ssm:MappingEntry><ssm:MappingEntry source='x.constant' target='k'/>";
+const std::string kMapping =
+    "<ssm:ParameterMapping version='1.0' "
+    "xmlns:ssm='http://ssp-standard.org/SSP1/SystemStructureParameterMapping' "
+    "xmlns:ssc='http://ssp-standard.org/SSP1/SystemStructureCommon'>" +
+    kEntries + "</ssm:ParameterMapping>";
+
+TEST(Ssp, AMappingGivesTheValuesOfAParameterSetTheirNamesAndUnits) {
+  System inside, beside;
+  inside.winding_values = mapped_values("<ssd:ParameterMapping>" + kMapping + "</ssd:ParameterMapping>");
+  beside.winding_values = mapped_values("<ssd:ParameterMapping source='resources/winding.ssm'/>");
+  DeviceCell usual(load_system({}));
+  usual.run(0.1);
+  for (const System& system : {inside, beside}) {
+    DeviceCell cell(load_xml(system.xml(), "", "", kSystemSet, {{"resources/winding.ssm", kMapping}}));
+    cell.run(0.1);
+    EXPECT_EQ(cell.read("Motor_rotor", "w"), usual.read("Motor_rotor", "w"));
+  }
+  EXPECT_GT(usual.read("Motor_rotor", "w"), 1.0);
+}
+
+/// Without a value of its own the parameter of the component stays.
+TEST(Ssp, AParameterOfTheSystemReachesComponentsByConnections) {
+  System system;
+  system.winding_values.clear();
+  system.ports += connector("resistance", "parameter");
+  system.connections +=
+      "<ssd:Connection startConnector='resistance' endElement='winding 1' endConnector='R'>"
+      "<ssc:LinearTransformation factor='0.001'/></ssd:Connection>";
+  const auto speed = [](const System& one, const std::string& values) {
+    std::string set = kSystemSet;
+    set.replace(set.find("</ssv:Parameters>"), 0, values);
+    DeviceCell cell(load_xml(one.xml(), "", "", set));
+    cell.run(0.1);
+    return cell.read("Motor_rotor", "w");
+  };
+  System stated;
+  const double wanted = speed(stated, "");  // R is 2, and k that of the system
+  EXPECT_EQ(speed(system, "<ssv:Parameter name='resistance'><ssv:Real value='2000'/></ssv:Parameter>"),
+            wanted);
+  EXPECT_NE(speed(system, ""), wanted);  // R is 1, the start value of the FMU
+}
+
 std::string refusal_of(const System& system) {
   try {
     load_system(system);
@@ -209,12 +268,38 @@ TEST(Ssp, ForeignElementsAreRefusedWithTheirLineAndWhatIsAllowed) {
   EXPECT_THAT(
       refusal_with(&System::system_values,
                    "<ssd:ParameterBindings><ssd:ParameterBinding source='resources/system.ssv'>"
-                   "<ssd:ParameterMapping/></ssd:ParameterBinding></ssd:ParameterBindings>"),
-      HasSubstr("found the element 'ParameterMapping' in ParameterBinding; allowed: ParameterValues"));
+                   "<ssd:Mapping/></ssd:ParameterBinding></ssd:ParameterBindings>"),
+      HasSubstr(
+          "found the element 'Mapping' in ParameterBinding; allowed: ParameterValues, ParameterMapping"));
 }
 
 std::string connection(const std::string& attributes, const std::string& inside = "") {
   return "<ssd:Connection " + attributes + ">" + inside + "</ssd:Connection>";
+}
+
+TEST(Ssp, WrongMappingsAreRefused) {
+  const auto refused = [](const std::string& mapping) {
+    return refusal_with(&System::winding_values, mapped_values(mapping));
+  };
+  const auto with_entry = [&](const std::string& entry) {
+    return refused(
+        "<ssd:ParameterMapping><ssm:ParameterMapping "
+        "xmlns:ssm='http://ssp-standard.org/SSP1/SystemStructureParameterMapping'>" +
+        entry + "</ssm:ParameterMapping></ssd:ParameterMapping>");
+  };
+  EXPECT_THAT(with_entry("<ssm:MappingEntry source='resistance' target='R'/>"),
+              HasSubstr("MappingEntry: found the source 'resistance'; allowed: x.R, x.colour, x.constant, "
+                        "x.resistance"));
+  EXPECT_THAT(with_entry("<ssm:MappingEntry source='x.colour' target='R'><ssc:LinearTransformation/>"
+                         "</ssm:MappingEntry>"),
+              HasSubstr("found a transformation of 'red'; allowed: numbers"));
+  EXPECT_THAT(with_entry("<ssm:MappingEntry source='x.R' target='R'><ssc:IntegerMappingTransformation/>"
+                         "</ssm:MappingEntry>"),
+              HasSubstr("found the element 'IntegerMappingTransformation' in MappingEntry; allowed: "
+                        "LinearTransformation"));
+  EXPECT_THAT(
+      refused("<ssd:ParameterMapping source='resources/none.ssm'/>"),
+      HasSubstr("found the source 'resources/none.ssm'; allowed: a file NAME.ssm that is in the SSP"));
 }
 
 TEST(Ssp, WrongConnectionsAreRefusedWithTheirLine) {

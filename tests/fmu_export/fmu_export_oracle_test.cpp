@@ -120,30 +120,5 @@ TEST(FmuExport, AStepThatIsNoMultipleOfTheCellsIsDiscarded) {
       HasSubstr("the communication step is 0.015 s; allowed is a whole multiple of the cell's step, 0.01 s"));
 }
 
-std::string logged_format, logged_text;
-
-void log_message(fmi2ComponentEnvironment, fmi2String, fmi2Status, fmi2String, fmi2String message, ...) {
-  std::array<char, 1000> text{};
-  va_list arguments;
-  va_start(arguments, message);
-  std::vsnprintf(text.data(), text.size(), message, arguments);
-  va_end(arguments);
-  logged_format = message, logged_text = text.data();
-}
-
-/// Importers print the format or what it becomes.
-TEST(FmuExport, AMessageOfFmi2IsWholeWithAndWithoutFormatting) {
-  void* library = ::dlopen(kCellLibrary.c_str(), RTLD_NOW | RTLD_LOCAL);
-  ASSERT_NE(library, nullptr) << ::dlerror();
-  const auto instantiate = reinterpret_cast<fmi2InstantiateTYPE*>(::dlsym(library, "fmi2Instantiate"));
-  ASSERT_NE(instantiate, nullptr);
-  const fmi2CallbackFunctions callbacks{&log_message, &std::calloc, &std::free, nullptr, nullptr};
-  EXPECT_EQ(instantiate("one", fmi2CoSimulation, "guid", "file:///no/such/folder/of/100%25d", &callbacks,
-                        fmi2False, fmi2False),
-            nullptr);
-  EXPECT_THAT(logged_text, HasSubstr("/no/such/folder/of/100%d"));
-  EXPECT_THAT(logged_format, HasSubstr("/no/such/folder/of/100"));
-}
-
 }  // namespace
 }  // namespace takt

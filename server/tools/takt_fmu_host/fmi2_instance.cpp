@@ -6,6 +6,7 @@
 #include <cstdarg>
 #include <cstdio>
 #include <cstdlib>
+#include <optional>
 
 #include "server/tools/takt_fmu_host/fmi_instance.h"
 
@@ -85,6 +86,8 @@ class Instance final : public FmiInstance {
 
   void step(double t, double h, std::span<const double> inputs, std::span<double> outputs) override {
     if (c_ == nullptr) throw FmiError("the FMU has not been started");
+    if (ended_s_)
+      throw FmiError(with_message("the FMU ended its simulation at " + std::to_string(*ended_s_) + " s"));
     for (std::size_t i = 0; i < inputs.size(); ++i) set(p_.inputs[i], inputs[i]);
     const fmi2Status status = f_.DoStep(c_, t, h, fmi2True);
     if (status == fmi2Pending)
@@ -95,11 +98,12 @@ class Instance final : public FmiInstance {
       if (f_.GetBooleanStatus) f_.GetBooleanStatus(c_, fmi2Terminated, &ended);
       fmi2Real reached = t;
       if (f_.GetRealStatus) f_.GetRealStatus(c_, fmi2LastSuccessfulTime, &reached);
-      throw FmiError(with_message(ended != fmi2False
-                                      ? "the FMU ended its simulation at " + std::to_string(reached) + " s"
-                                      : "the FMU answered fmi2Discard to the step from " + std::to_string(t) +
-                                            " s to " + std::to_string(t + h) + " s; it came to " +
-                                            std::to_string(reached) + " s. A smaller step_s may help"));
+      if (ended == fmi2False)
+        throw FmiError(with_message("the FMU answered fmi2Discard to the step from " + std::to_string(t) +
+                                    " s to " + std::to_string(t + h) + " s; it came to " +
+                                    std::to_string(reached) + " s. A smaller step_s may help"));
+      ended_s_ = reached;  // its outputs are those of its end
+      return get(outputs);
     }
     check("fmi2DoStep", status);
     get(outputs);
@@ -178,6 +182,7 @@ class Instance final : public FmiInstance {
   fmu_wire::Start p_;
   Functions f_;
   fmi2Component c_ = nullptr;
+  std::optional<double> ended_s_;
   fmi2CallbackFunctions callbacks_{&log, &std::calloc, &std::free, nullptr, nullptr};
 };
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <map>
+#include <optional>
 #include <string_view>
 #include <type_traits>
 
@@ -62,14 +63,14 @@ T to_type(double value) {
 #define TAKT_FMI3_FUNCTIONS(use)                                                                        \
   use(GetVersion) use(InstantiateCoSimulation) use(EnterInitializationMode) use(ExitInitializationMode) \
       use(DoStep)
-#define TAKT_FMI3_OTHER_FUNCTIONS(use)                                                                       \
-  use(EnterEventMode) use(EnterStepMode) use(UpdateDiscreteStates) use(SetClock) use(EnterConfigurationMode) \
-      use(ExitConfigurationMode) use(SetString) use(GetFloat64) use(SetFloat64) use(GetFloat32)              \
-          use(SetFloat32) use(GetInt8) use(SetInt8) use(GetUInt8) use(SetUInt8) use(GetInt16) use(SetInt16)  \
-              use(GetUInt16) use(SetUInt16) use(GetInt32) use(SetInt32) use(GetUInt32) use(SetUInt32)        \
-                  use(GetInt64) use(SetInt64) use(GetUInt64) use(SetUInt64) use(GetBoolean) use(SetBoolean)  \
-                      use(GetFMUState) use(SetFMUState) use(FreeFMUState) use(SerializedFMUStateSize)        \
-                          use(SerializeFMUState) use(DeserializeFMUState)
+#define TAKT_FMI3_OTHER_FUNCTIONS(use)                                                                      \
+  use(EnterEventMode) use(EnterStepMode) use(UpdateDiscreteStates) use(SetClock) use(GetClock)              \
+      use(EnterConfigurationMode) use(ExitConfigurationMode) use(SetString) use(GetFloat64) use(SetFloat64) \
+          use(GetFloat32) use(SetFloat32) use(GetInt8) use(SetInt8) use(GetUInt8) use(SetUInt8)             \
+              use(GetInt16) use(SetInt16) use(GetUInt16) use(SetUInt16) use(GetInt32) use(SetInt32)         \
+                  use(GetUInt32) use(SetUInt32) use(GetInt64) use(SetInt64) use(GetUInt64) use(SetUInt64)   \
+                      use(GetBoolean) use(SetBoolean) use(GetFMUState) use(SetFMUState) use(FreeFMUState)   \
+                          use(SerializedFMUStateSize) use(SerializeFMUState) use(DeserializeFMUState)
 
 class Instance final : public FmiInstance {
  public:
@@ -91,7 +92,7 @@ class Instance final : public FmiInstance {
   void start(std::span<double> outputs) override {
     const std::string path = p_.resources + "/";
     c_ = InstantiateCoSimulation_(p_.instance.c_str(), p_.token.c_str(), path.c_str(), false, false,
-                                  has_events(), false, nullptr, 0, nullptr, &log, nullptr);
+                                  p_.event_mode, false, nullptr, 0, nullptr, &log, nullptr);
     if (c_ == nullptr)
       throw FmiError(no_instance("fmi3InstantiateCoSimulation", "instantiationToken", p_.token));
     configure();
@@ -100,10 +101,13 @@ class Instance final : public FmiInstance {
     check("fmi3EnterInitializationMode",
           EnterInitializationMode_(c_, p_.tolerance > 0.0, p_.tolerance, 0.0, false, 0.0));
     check("fmi3ExitInitializationMode", ExitInitializationMode_(c_));
-    if (has_events()) end_event();
+    ticks_.assign(p_.outputs.size(), false);
+    if (p_.event_mode) end_event();
     for (const Place& place : p_.inputs) {
       if (place.elements <= 1) continue;
-      std::vector<double>& all = arrays_[{place.type, place.reference}];
+      Array& array = arrays_[{place.type, place.reference}];
+      array.place = &place;
+      std::vector<double>& all = array.values;
       all.clear();
       for (const std::string& text : place.start)
         all.push_back(place.type == FmuType::boolean ? (text == "true" || text == "1" ? 1.0 : 0.0)
@@ -114,32 +118,37 @@ class Instance final : public FmiInstance {
 
   void step(double t, double h, std::span<const double> inputs, std::span<double> outputs) override {
     if (c_ == nullptr) throw FmiError("the FMU has not been started");
-    if (has_events()) check("fmi3EnterEventMode", EnterEventMode_(c_));
+    if (ended_s_)
+      throw FmiError(with_message("the FMU ended its simulation at " + std::to_string(*ended_s_) + " s"));
+    if (p_.event_mode) {
+      check("fmi3EnterEventMode", EnterEventMode_(c_));
+      tick(t, h, inputs);
+    }
     for (std::size_t i = 0; i < inputs.size(); ++i) {
       const Place& place = p_.inputs[i];
+      if (!is_present(place)) continue;
       if (place.elements > 1)
-        arrays_[{place.type, place.reference}][place.element] = inputs[i];
+        arrays_[{place.type, place.reference}].values[place.element] = inputs[i];
       else
         set_numbers(place.name, place.type, place.reference, {&inputs[i], 1});
     }
-    for (const auto& [of, values] : arrays_) set_numbers("an array", of.first, of.second, values);
-    if (has_events()) {
-      tick(t, h);
-      end_event();
-    }
+    for (const auto& [of, array] : arrays_)
+      if (is_present(*array.place)) set_numbers(array.place->name, of.first, of.second, array.values);
+    std::fill(ticks_.begin(), ticks_.end(), false);
+    if (p_.event_mode) end_event();
     constexpr int kMostParts = 1000;
     double at = t;
     for (int part = 0; at < t + h && part < kMostParts; ++part) {
       bool event = false, ended = false, early = false;
       double reached = t + h;
       check("fmi3DoStep", DoStep_(c_, at, t + h - at, true, &event, &ended, &early, &reached));
-      if (ended)
-        throw FmiError(with_message("the FMU ended its simulation at " + std::to_string(reached) + " s"));
-      if (event && has_events()) {
+      if (event && p_.event_mode) {
         check("fmi3EnterEventMode", EnterEventMode_(c_));
         end_event();
       }
-      if (!early) break;
+      // Its outputs are those of its end.
+      if (ended) ended_s_ = reached;
+      if (!early || ended) break;
       if (!(reached > at) || part + 1 == kMostParts)
         throw FmiError("the FMU returns early from its step and does not come on from " + std::to_string(at) +
                        " s");
@@ -173,19 +182,39 @@ class Instance final : public FmiInstance {
   }
 
  private:
-  bool has_events() const {
-    return !p_.clocks.empty();
+  /// An input that belongs to clocks can be set at their ticks alone; a clock is no value.
+  bool is_present(const Place& place) const {
+    return place.type != FmuType::clock &&
+           (place.clocks.empty() ||
+            std::any_of(place.clocks.begin(), place.clocks.end(), [this](std::uint32_t clock) {
+              return std::find(ticking_.begin(), ticking_.end(), clock) != ticking_.end();
+            }));
   }
 
-  /// The clocks that tick in (t - h, t].
-  void tick(double t, double h) {
+  /// The clocks that tick in (t - h, t], and those whose signals are 1.
+  void tick(double t, double h, std::span<const double> inputs) {
+    ticking_.clear();
     for (const fmu_wire::Clock& clock : p_.clocks) {
       const auto count = [&](double at) {
         return std::floor((at - clock.shift_s) / clock.interval_s + 1e-6);
       };
       if (count(t) < 0.0 || count(t) <= count(t - h)) continue;
-      const fmi3Clock active = fmi3ClockActive;
-      check("fmi3SetClock", SetClock_(c_, &clock.reference, 1, &active));
+      ticking_.push_back(clock.reference);
+    }
+    for (std::size_t i = 0; i < inputs.size(); ++i)
+      if (p_.inputs[i].type == FmuType::clock && inputs[i] >= 0.5) ticking_.push_back(p_.inputs[i].reference);
+    const fmi3Clock active = fmi3ClockActive;
+    for (const fmi3ValueReference clock : ticking_) check("fmi3SetClock", SetClock_(c_, &clock, 1, &active));
+  }
+
+  /// What clocks tell of themselves is gone with the update.
+  void hear_clocks() {
+    for (std::size_t i = 0; i < p_.outputs.size(); ++i) {
+      if (p_.outputs[i].type != FmuType::clock) continue;
+      const fmi3ValueReference at = p_.outputs[i].reference;
+      fmi3Clock ticks = fmi3ClockInactive;
+      check("fmi3GetClock", GetClock_(c_, &at, 1, &ticks), p_.outputs[i].name);
+      ticks_[i] = ticks_[i] || ticks == fmi3ClockActive;
     }
   }
 
@@ -196,6 +225,7 @@ class Instance final : public FmiInstance {
     for (int i = 0; again; ++i) {
       bool ended = false, nominals = false, values = false, has_next = false;
       double next_s = 0.0;
+      hear_clocks();
       check("fmi3UpdateDiscreteStates",
             UpdateDiscreteStates_(c_, &again, &ended, &nominals, &values, &has_next, &next_s));
       if (ended) throw FmiError(with_message("the FMU ended its simulation at an event"));
@@ -270,6 +300,10 @@ class Instance final : public FmiInstance {
     for (std::size_t i = 0; i < outputs.size(); ++i) {
       const Place& place = p_.outputs[i];
       const fmi3ValueReference at = place.reference;
+      if (place.type == FmuType::clock) {
+        outputs[i] = ticks_[i] ? 1.0 : 0.0;
+        continue;
+      }
       with_type(place.type, [&]<class T>(T, auto getter, auto) {
         const std::unique_ptr<T[]> values(new T[place.elements]());
         check("reading", getter(c_, &at, 1, values.get(), place.elements), place.name);
@@ -280,7 +314,14 @@ class Instance final : public FmiInstance {
 
   fmu_wire::Start p_;
   fmi3Instance c_ = nullptr;
-  std::map<std::pair<FmuType, fmi3ValueReference>, std::vector<double>> arrays_;  ///< inputs
+  std::optional<double> ended_s_;
+  std::vector<fmi3ValueReference> ticking_;  ///< input clocks of this step
+  std::vector<bool> ticks_;                  ///< by output: a clock that has ticked in this step
+  struct Array {
+    const Place* place = nullptr;  ///< of one of its elements
+    std::vector<double> values;
+  };
+  std::map<std::pair<FmuType, fmi3ValueReference>, Array> arrays_;  ///< inputs
 #define TAKT_FMI3(name) Function<fmi3##name##TYPE> name##_;
   TAKT_FMI3_FUNCTIONS(TAKT_FMI3)
   TAKT_FMI3_OTHER_FUNCTIONS(TAKT_FMI3)

@@ -39,11 +39,39 @@ std::string no_instance(const char* call, const char* token, const std::string& 
   return with_message(std::move(sentence));
 }
 
+namespace {
+
+/// The interpreter of Python that this machine has: the newest. False: none.
+bool open_python() {
+  for (int minor = 30; minor >= 8; --minor)
+    if (::dlopen(("libpython3." + std::to_string(minor) + ".so.1.0").c_str(), RTLD_NOW | RTLD_GLOBAL) !=
+        nullptr)
+      return true;
+  return false;
+}
+
+std::string loader_error() {
+  const char* why = ::dlerror();
+  return why != nullptr ? why : "";
+}
+
+}  // namespace
+
 void* open_library(const std::string& file) {
   void* library = ::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (library == nullptr) {
-    const char* why = ::dlerror();
-    const std::string reason = why != nullptr ? why : "";
+    std::string reason = loader_error();
+    // Of FMUs that are written in Python some name no interpreter.
+    if (const bool python = reason.find("undefined symbol: Py") != std::string::npos ||
+                            reason.find("undefined symbol: _Py") != std::string::npos;
+        python) {
+      if (!open_python())
+        throw FmiError("its library needs Python, which this machine does not have: install libpython3. " +
+                       reason);
+      library = ::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
+      if (library != nullptr) return library;
+      reason = loader_error();
+    }
     // Of another file that it needs.
     const bool needs = reason.find("cannot open shared object file") != std::string::npos;
     throw FmiError("its library cannot be loaded: " + reason +

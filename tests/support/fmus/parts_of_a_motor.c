@@ -37,9 +37,15 @@ static void set_up(Instance* s) { memcpy(s->x, start_values, sizeof start_values
 const char* fmi2GetTypesPlatform(void) { return "default"; }
 const char* fmi2GetVersion(void) { return "2.0"; }
 fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String* names) { (void)c, (void)on, (void)n, (void)names; return fmi2OK; }
+#ifdef PYTHON
+int Py_IsInitialized(void); /* of an interpreter that this library does not name, as those of PythonFMU */
+#endif
 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources, const fmi2CallbackFunctions* f, fmi2Boolean visible, fmi2Boolean logging) {
   (void)name, (void)resources, (void)f, (void)visible, (void)logging;
   if (type != fmi2CoSimulation || strcmp(guid, token) != 0) return NULL;
+#ifdef PYTHON
+  if (Py_IsInitialized()) return NULL;
+#endif
   Instance* s = calloc(1, sizeof *s);
   set_up(s);
   return s;
