@@ -78,7 +78,9 @@ std::string contact_line(const Product& product, const Contact& contact) {
       text += "snap";
       break;
     case ContactKind::other:
-      text += "curved surfaces, " + number_text(contact.area_m2 * 1e6, 4) + " mm2";
+      text += contact.clearance_m < 0.0
+                  ? "one inside the other, " + number_text(-contact.clearance_m * 1e3, 3) + " mm deep"
+                  : "curved surfaces, " + number_text(contact.area_m2 * 1e6, 4) + " mm2";
       break;
   }
   return text;
@@ -145,6 +147,7 @@ class Writer {
     for (std::size_t i = 0; i < boxes.size(); ++i)
       objects.push_back({i == 0 ? "plate" : "post_" + std::to_string(i), boxes[i], {}});
     write_objects(directory_ / "meshes" / "Support.obj", objects);
+    unheld_.insert(support.unheld.begin(), support.unheld.end());
     for (const std::size_t i : support.unheld)
       result_.notes.push_back(
           "nothing holds " + product_.instances[i].name +
@@ -236,17 +239,27 @@ class Writer {
         out << "#   " << contact_line(product_, contact) << '\n';
     }
     order(out);
+    expectations(out, robot != nullptr);
+  }
+
+  void expectations(std::ostream& out, bool robot) const {
+    if (unheld_.size() == product_.instances.size()) return;
     out << "\n# Where the parts are at the end: "
-        << (robot != nullptr ? "the robot puts each one back" : "nothing moves the product")
-        << ".\nexpected:\n  tolerance_m: " << number_text(kPlaceTolerance_m) << "\n  parts:\n";
-    for (const Instance& instance : product_.instances)
-      out << "    " << instance.name << ": {" << pose(instance.X_WB) << "}\n";
-    if (robot == nullptr) return;
+        << (robot ? "the robot puts each one back" : "nothing moves the product")
+        << (unheld_.empty() ? ".\n" : "; without those that nothing holds.\n")
+        << "expected:\n  tolerance_m: " << number_text(kPlaceTolerance_m) << "\n  parts:\n";
+    const auto held = [&](auto&& visit) {
+      for (std::size_t i = 0; i < product_.instances.size(); ++i)
+        if (!unheld_.contains(i)) visit(product_.instances[i]);
+    };
+    held([&](const Instance& one) { out << "    " << one.name << ": {" << pose(one.X_WB) << "}\n"; });
+    if (!robot) return;
     out << "\n# Exit code 3 of takt-run where one is not.\nassertions:\n";
-    for (const Instance& instance : product_.instances)
-      out << "  " << instance.name << " is in its place: {check: pose, part: " << instance.name << ", pose: {"
-          << pose(instance.X_WB) << "}, tolerance_m: " << number_text(kPlaceTolerance_m)
+    held([&](const Instance& one) {
+      out << "  " << one.name << " is in its place: {check: pose, part: " << one.name << ", pose: {"
+          << pose(one.X_WB) << "}, tolerance_m: " << number_text(kPlaceTolerance_m)
           << ", tolerance_deg: " << number_text(kPlaceTolerance_deg) << "}\n";
+    });
   }
 
   static std::string pose(const Pose& X) {
@@ -391,6 +404,7 @@ class Writer {
   std::vector<ConvexChoice> choices_;  ///< by body
   std::vector<PartOverlap> overlaps_;  ///< that no joint means
   std::size_t posts_ = 0;
+  std::set<std::size_t> unheld_;  ///< instances
   CellFiles result_;
 };
 

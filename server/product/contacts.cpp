@@ -5,12 +5,15 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <set>
 #include <tuple>
+#include <utility>
 
 #include "idl/common/text.h"
 #include "server/geometry/segment_distance.h"
 #include "server/product/geometry.h"
 #include "server/product/names.h"
+#include "server/product/overlaps.h"
 
 namespace takt::product {
 
@@ -109,6 +112,7 @@ class Finder {
       for (std::size_t j = i + 1; j < placed_.size(); ++j)
         if (near(placed_[i].box, placed_[j].box, tolerances_.largest_clearance_m)) find_pair(i, j);
     find_loose();
+    find_embedded();
     std::sort(contacts_.begin(), contacts_.end(), [](const Contact& a, const Contact& b) {
       return std::tuple(a.first, a.second, a.kind, -a.area_m2) <
              std::tuple(b.first, b.second, b.kind, -b.area_m2);
@@ -117,14 +121,44 @@ class Finder {
   }
 
  private:
-  /// What touches nothing lies in its place with play: planes near it hold it.
-  void find_loose() {
-    std::vector<bool> alone(placed_.size(), true);
-    for (const Contact& contact : contacts_) alone[contact.first] = alone[contact.second] = false;
-    plane_gap_m_ = tolerances_.largest_clearance_m;
+  /// By instance: it touches nothing.
+  std::vector<bool> alone() const {
+    std::vector<bool> result(placed_.size(), true);
+    for (const Contact& contact : contacts_) result[contact.first] = result[contact.second] = false;
+    return result;
+  }
+
+  /// Calls `visit(i, j)` for the pairs whose boxes are that near and of which one touches nothing.
+  template <class Visit>
+  void for_pairs_alone(double gap_m, Visit visit) const {
+    const std::vector<bool> alone = this->alone();
     for (std::size_t i = 0; i < placed_.size(); ++i)
       for (std::size_t j = i + 1; j < placed_.size(); ++j)
-        if ((alone[i] || alone[j]) && near(placed_[i].box, placed_[j].box, plane_gap_m_)) find_pair(i, j);
+        if ((alone[i] || alone[j]) && near(placed_[i].box, placed_[j].box, gap_m)) visit(i, j);
+  }
+
+  /// What touches nothing lies in its place with play: planes near it hold it.
+  void find_loose() {
+    plane_gap_m_ = tolerances_.largest_clearance_m;
+    for_pairs_alone(plane_gap_m_, [&](std::size_t i, std::size_t j) { find_pair(i, j); });
+  }
+
+  /// What touches nothing and stands inside another part is held by it: a magnet in its pocket, a chip in its board.
+  void find_embedded() {
+    std::set<std::pair<std::size_t, std::size_t>> pairs;
+    for_pairs_alone(0.0, [&](std::size_t i, std::size_t j) { pairs.emplace(i, j); });
+    if (pairs.empty()) return;
+    for (const PartOverlap& overlap : find_overlaps(product_)) {
+      if (!pairs.contains({overlap.first, overlap.second})) continue;
+      Contact contact;
+      contact.first = overlap.first, contact.second = overlap.second;
+      contact.clearance_m = -overlap.depth_m;
+      contact.point_W = overlap.point_W;
+      // The heavier part carries the other one.
+      const bool carried = placed_[overlap.first].mass_kg < placed_[overlap.second].mass_kg;
+      contact.normals_W = {carried ? Vec3(-Vec3::UnitZ()) : Vec3(Vec3::UnitZ())};
+      contacts_.push_back(std::move(contact));
+    }
   }
 
   void find_pair(std::size_t i, std::size_t j) {

@@ -22,7 +22,8 @@ struct ContactTolerances {
 ///                 shaft and a hole on one axis of nearly one radius, of parts that are named as fasteners, or of the nominal
 ///                 and the core diameter of a thread. Its pitch is then that of the ISO coarse thread (ISO 261) of the nearest
 ///                 diameter
-///   other         any other surfaces that lie on each other
+///   other         any other surfaces that lie on each other; of a part that touches nothing, one that it stands inside of, with
+///                 the depth as negative clearance and no area
 /// Kind `snap` follows from the ways in which parts can leave (disassembly.h).
 std::vector<Contact> find_contacts(const Product& product, const ContactTolerances& tolerances = {});
 

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
+#include <map>
 #include <optional>
 #include <set>
 #include <tuple>
@@ -21,7 +23,12 @@ constexpr std::size_t kFirstDirections = 6;  ///< those of the world
 class Planner {
  public:
   explicit Planner(Product& product)
-      : product_(product), removal_(product), threads_(product.instances.size(), 0) {
+      : product_(product),
+        removal_(product),
+        threads_(product.instances.size(), 0),
+        neighbours_(product.instances.size()) {
+    for (const Contact& contact : product.contacts)
+      neighbours_[contact.first].insert(contact.second), neighbours_[contact.second].insert(contact.first);
     for (const Contact& contact : product.contacts)
       if (contact.kind == ContactKind::thread) ++threads_[contact.first], ++threads_[contact.second];
   }
@@ -80,23 +87,35 @@ class Planner {
     }
   }
 
-  /// What leaves along `d` if `first` does: those that block it leave as well. None if the base would have to, or all.
+  /// What leaves along `d` if `first` does: those that block it leave as well, and those that it alone joins to the base
+  /// where they can. None if the base would have to, or all.
   std::optional<std::set<std::size_t>> leaving(std::size_t first, std::size_t d,
                                                const std::set<std::size_t>& group, std::size_t base,
                                                std::size_t most) {
     std::set<std::size_t> moving{first};
-    std::vector<std::size_t> waiting{first};
+    if (!add_blocking(moving, {first}, d, group, base, most)) return std::nullopt;
+    for (std::set<std::size_t> all = moving;;) {
+      const std::vector<std::size_t>& alone = left_alone(all, group, base);
+      if (alone.empty()) return all;
+      all.insert(alone.begin(), alone.end());
+      if (all.size() > most || !add_blocking(all, alone, d, group, base, most)) return moving;
+    }
+  }
+
+  /// Adds what blocks the motion of `waiting`. False if the base does, or more than `most` would move.
+  bool add_blocking(std::set<std::size_t>& moving, std::vector<std::size_t> waiting, std::size_t d,
+                    const std::set<std::size_t>& group, std::size_t base, std::size_t most) {
     while (!waiting.empty()) {
       const std::size_t a = waiting.back();
       waiting.pop_back();
       for (const std::size_t b : group) {
         if (moving.contains(b) || !removal_.blocked(a, d, b)) continue;
-        if (b == base || moving.size() >= most) return std::nullopt;
+        if (b == base || moving.size() >= most) return false;
         moving.insert(b);
         waiting.push_back(b);
       }
     }
-    return moving;
+    return true;
   }
 
   std::optional<RemovalStep> next(const std::set<std::size_t>& group, std::size_t base, bool unsnap) {
@@ -106,6 +125,8 @@ class Planner {
       std::size_t direction;
     };
     std::optional<Choice> best;
+    std::map<std::set<std::size_t>, std::size_t> dropped_by;
+    left_alone_.clear();
     for (const bool far : {false, true}) {
       for (const std::size_t i : group) {
         if (i == base) continue;
@@ -127,7 +148,9 @@ class Planner {
             weight += mass(p), fasteners = std::max(fasteners, threads_[p] > 0 ? 1 : 0);
           const Vec3& direction = removal_.directions()[d];
           const int upwards = direction.z() > 0.999 ? 0 : direction.z() < -0.999 ? 2 : 1;
-          Choice choice{{undercut_m2, parts->size(), dropped(*parts, group, base), -fasteners,
+          const auto [known, is_new] = dropped_by.try_emplace(*parts);
+          if (is_new) known->second = dropped(*parts, group, base);
+          Choice choice{{undercut_m2, parts->size(), known->second, -fasteners,
                          slides(*parts, direction) ? 1 : 0, upwards, weight, i},
                         *parts,
                         d};
@@ -144,9 +167,9 @@ class Planner {
     return step;
   }
 
-  /// How many of the parts that stay would fall: only those that leave hold them against gravity.
+  /// How many of the parts that stay would fall: only those that leave hold them against gravity, or join them to the base.
   std::size_t dropped(const std::set<std::size_t>& parts, const std::set<std::size_t>& group,
-                      std::size_t base) const {
+                      std::size_t base) {
     std::set<std::size_t> held, left;
     for (const Contact& contact : product_.contacts) {
       if (!group.contains(contact.first) || !group.contains(contact.second)) continue;
@@ -158,7 +181,38 @@ class Planner {
         if (stays) left.insert(part);
       }
     }
-    return held.size() - left.size();
+    std::set<std::size_t> fallen;
+    std::set_difference(held.begin(), held.end(), left.begin(), left.end(),
+                        std::inserter(fallen, fallen.end()));
+    const std::vector<std::size_t>& alone = left_alone(parts, group, base);
+    fallen.insert(alone.begin(), alone.end());
+    return fallen.size();
+  }
+
+  /// Those that no contact joins to the base where these parts have left the group. Kept until the next step.
+  const std::vector<std::size_t>& left_alone(const std::set<std::size_t>& parts,
+                                             const std::set<std::size_t>& group, std::size_t base) {
+    const auto [known, is_new] = left_alone_.try_emplace(parts);
+    if (!is_new) return known->second;
+    std::set<std::size_t> staying = group;
+    for (const std::size_t part : parts) staying.erase(part);
+    const std::set<std::size_t> before = joined(group, base), after = joined(staying, base);
+    for (const std::size_t part : before)
+      if (staying.contains(part) && !after.contains(part)) known->second.push_back(part);
+    return known->second;
+  }
+
+  /// Those of the group that a chain of contacts within it joins to the base, and the base.
+  std::set<std::size_t> joined(const std::set<std::size_t>& group, std::size_t base) const {
+    std::set<std::size_t> result{base};
+    std::vector<std::size_t> waiting{base};
+    while (!waiting.empty()) {
+      const std::size_t part = waiting.back();
+      waiting.pop_back();
+      for (const std::size_t other : neighbours_[part])
+        if (group.contains(other) && result.insert(other).second) waiting.push_back(other);
+    }
+    return result;
   }
 
   /// No contact of those that leave opens along `d`.
@@ -220,7 +274,9 @@ class Planner {
 
   Product& product_;
   Removal removal_;
-  std::vector<int> threads_;  ///< by instance: number of threads
+  std::vector<int> threads_;                       ///< by instance: number of threads
+  std::vector<std::set<std::size_t>> neighbours_;  ///< by instance: those that touch it
+  std::map<std::set<std::size_t>, std::vector<std::size_t>> left_alone_;
   Disassembly result_;
 };
 

@@ -3,6 +3,8 @@
 
 #include <gmock/gmock.h>
 
+#include <set>
+
 #include "server/product/cell_writer.h"
 #include "server/product/contacts.h"
 #include "server/product/convex_pieces.h"
@@ -118,6 +120,34 @@ TEST(ConvexPieces, AreExactWhereTheyCanBe) {
   EXPECT_LT(bolt.error, 1e-6);
 }
 
+TEST(Disassembly, NothingStaysBehindWithoutContactToTheBase) {
+  // A gusset in the corner of a frame, off the ground: it leaves upwards along its walls, which leave more easily.
+  Product product = product_of({{box_body("Base", {0.2, 0.2, 0.02}), {0, 0, 0}},
+                                {box_body("West", {0.01, 0.2, 0.1}), {-0.095, 0, 0.06}},
+                                {box_body("East", {0.01, 0.2, 0.1}), {0.095, 0, 0.06}},
+                                {box_body("South", {0.18, 0.01, 0.1}), {0, -0.095, 0.06}},
+                                {box_body("North", {0.18, 0.01, 0.1}), {0, 0.095, 0.06}},
+                                {box_body("Gusset", {0.02, 0.02, 0.01}), {-0.08, -0.08, 0.06}}});
+  const Disassembly plan = plan_of(product);
+  ASSERT_EQ(plan.steps.size(), 5U);
+  std::set<std::size_t> rest{0, 1, 2, 3, 4, 5};
+  for (const RemovalStep& step : plan.steps) {
+    for (const std::size_t part : step.parts) rest.erase(part);
+    std::set<std::size_t> joined{plan.base};
+    for (std::size_t before = 0; before != joined.size();) {
+      before = joined.size();
+      for (const Contact& contact : product.contacts)
+        if (rest.contains(contact.first) && rest.contains(contact.second) &&
+            (joined.contains(contact.first) || joined.contains(contact.second)))
+          joined.insert({contact.first, contact.second});
+    }
+    EXPECT_EQ(joined, rest) << product.instances[step.parts[0]].name;
+  }
+  const Hierarchy numbers = hierarchy(product, plan);
+  EXPECT_THAT(numbers.floating, testing::IsEmpty());
+  EXPECT_LT(numbers.numbers[5], std::max(numbers.numbers[1], numbers.numbers[3])) << "a wall holds it";
+}
+
 TEST(WrittenCell, LoadsAndStandsStill) {
   test::TemporaryDirectory directory;
   Product product = bolted();
@@ -177,6 +207,37 @@ TEST(WrittenCell, AllowsPartsThatTheFileHasInsideEachOther) {
   for (int i = 0; i < 100; ++i) ASSERT_TRUE(simulation.step({})) << "the cell runs";
   scenario.allow_overlap.clear();
   EXPECT_EQ(build_cell(scenario)->start_overlaps.size(), overlaps.size());
+}
+
+TEST(WrittenCell, PartsWithinOthersAreHeldByThem) {
+  // A magnet within a block, which the file has without a pocket for it, and another one that stands out of its upper face.
+  Product product = product_of({{box_body("Block", {0.1, 0.1, 0.05}), {0, 0, 0.1}},
+                                {box_body("Within", {0.01, 0.02, 0.01}), {0.02, 0, 0.1}},
+                                {box_body("Above", {0.01, 0.02, 0.01}), {-0.02, 0, 0.127}}});
+  product.contacts = find_contacts(product);
+  ASSERT_EQ(product.contacts.size(), 2U);
+  for (const Contact& contact : product.contacts) {
+    EXPECT_EQ(contact.first, 0U);
+    EXPECT_EQ(contact.kind, ContactKind::other);
+    EXPECT_FALSE(carries(contact, true)) << "the block holds the magnet";
+    EXPECT_TRUE(carries(contact, false));
+  }
+  EXPECT_NEAR(product.contacts[0].clearance_m, -0.025, 1e-9) << "from half its height to a face of the block";
+  EXPECT_NEAR(product.contacts[1].clearance_m, -0.003, 1e-9);
+  const Disassembly plan = take_apart(product);
+  const Hierarchy numbers = hierarchy(product, plan);
+  EXPECT_EQ(numbers.numbers, (std::vector<int>{2, 1, 1}));
+  EXPECT_THAT(numbers.floating, testing::IsEmpty());
+  test::TemporaryDirectory directory;
+  const CellFiles files = write_cell(product, plan, numbers, directory / "cell");
+  const auto cell = build_cell(read_scenario(files.scenario));
+  Simulation simulation(cell);
+  for (int i = 0; i < 200; ++i) ASSERT_TRUE(simulation.step({}));
+  const Snapshot snapshot = simulation.make_snapshot();
+  for (const Instance& instance : product.instances) {
+    const auto id = static_cast<std::size_t>(cell->description.find_component(instance.name));
+    EXPECT_LT((snapshot.components[id].p_WB - instance.X_WB.p).norm(), 2e-4) << instance.name;
+  }
 }
 
 }  // namespace

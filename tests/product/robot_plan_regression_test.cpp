@@ -149,6 +149,9 @@ TEST(RobotPlan, WhatNothingHoldsIsReported) {
   test::TemporaryDirectory directory;
   const CellFiles files = write_cell(product, plan, hierarchy(product, plan), directory / "cell", &robot);
   EXPECT_THAT(files.notes, testing::Contains(HasSubstr("nothing holds Above: no place under it is free")));
+  std::vector<std::string> expected;
+  for (const ExpectedPose& one : read_scenario(files.scenario).expected) expected.push_back(one.part);
+  EXPECT_THAT(expected, testing::UnorderedElementsAre("Base", "Beside"));
 }
 
 TEST(RobotPlan, WhatFindsNoGraspStaysAndOthersLeave) {
