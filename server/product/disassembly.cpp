@@ -94,6 +94,7 @@ class Planner {
                                                std::size_t most) {
     std::set<std::size_t> moving{first};
     if (!add_blocking(moving, {first}, d, group, base, most)) return std::nullopt;
+    if (threads_[first] > 0) return moving;  // a nut leaves its bolt, which may have play in all other holes
     for (std::set<std::size_t> all = moving;;) {
       const std::vector<std::size_t>& alone = left_alone(all, group, base);
       if (alone.empty()) return all;
