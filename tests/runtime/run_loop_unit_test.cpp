@@ -514,6 +514,27 @@ TEST_F(RunLoopTest, AnAnswerThatWasSentTwiceIsNoFaultWhereItsControllerHasLeft) 
   EXPECT_EQ(reader_->count("command_rejected"), 2U);
 }
 
+TEST_F(RunLoopTest, AnAnswerThatWasSentTwiceIsNoFaultBehindAReset) {
+  start({.pace = Pace::lockstep, .state = SimulationState::paused});
+  expect_ok(
+      reader_->request("register_controller", {{"name", "plc"}, {"period", "0.008"}, {"targets", "Robot1"}}));
+  expect_ok(reader_->request("set_state", {{"state", "1"}}));
+  const auto send = [&](double time_s, std::uint64_t sender) {
+    EXPECT_FALSE(loop_->append(swing(0, time_s), sender, monotonic_now_ns()));
+  };
+  for (const double time_s : {0.0, 0.008}) send(time_s, 1);
+  ASSERT_TRUE(reader_->wait_until([&] { return reader_->snapshot && reader_->snapshot->step == 16; }));
+  expect_ok(reader_->request("unregister_controller", {{"name", "plc"}}));
+  expect_ok(reader_->request("reset", {}));
+  send(0.008, 1);
+  send(0.008, 2);  // of another sender
+  ASSERT_TRUE(reader_->wait_until([&] { return reader_->count("command_rejected") == 1; }));
+  send(0.016, 1);  // it answered no such state
+  ASSERT_TRUE(reader_->wait_until([&] { return reader_->count("command_rejected") == 2; }));
+  loop_->stop();
+  EXPECT_EQ(reader_->count("command_rejected"), 2U);
+}
+
 TEST_F(RunLoopTest, OneTargetHasOneController) {
   start({.pace = Pace::free, .state = SimulationState::paused});
   const test::TextArguments first{{"name", "a"}, {"period", "0.008"}, {"targets", "Robot1"}};

@@ -83,17 +83,17 @@ stage('history');
 const plain = () => ask(() => JSON.parse(JSON.stringify(takt.lower.state, (key, value) => (typeof value === 'bigint' ? Number(value) : ArrayBuffer.isView(value) ? [...value] : value))));
 const instants = [];
 // The slider's way is that of the last picture, and a page that draws seldom may have one from long ago: the places are those
-// of three instants that lie on it.
-const slideTo = (share) => {
+// of three instants that lie on it, apart from one another.
+const slideTo = ({share, last_s}) => {
   const {from, to, newest} = takt.lower.timeline, slider = document.querySelector('#position');
-  const frames = takt.lower.past.states.frames.filter(({time}) => time > from && time < newest);
+  const frames = takt.lower.past.states.frames.filter(({time}) => time > from && time < newest && !(Math.abs(time - last_s) < 0.1));
   if (frames.length < 10) return false;
   slider.value = (frames[Math.floor(share * frames.length)].time - from) / (to - from);
   return slider.dispatchEvent(new Event('input'));
 };
 for (const share of [0.3, 0.7, 0.5]) {
   const last = instants.at(-1)?.shown.step ?? null;
-  await until(slideTo, share);
+  await until(slideTo, {share, last_s: instants.at(-1)?.shown.time ?? -1});
   await until((step) => takt.lower.past.shown !== null && Number(takt.lower.state.step) !== step, last);
   const shown = await plain();
   await until((time) => document.querySelector('#clock').textContent === `${time.toFixed(3)} s`, shown.time);

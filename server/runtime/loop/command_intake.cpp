@@ -12,6 +12,8 @@ CommandIntake::CommandIntake(LoopContext& loop, LockstepBarrier& barrier, GoalMo
       waiting_(static_cast<std::size_t>(target_count(loop.cell()))),
       ahead_(target_count(loop.cell())),
       senders_(waiting_.size(), 0),
+      newest_(waiting_.size()),
+      repeats_(waiting_.size()),
       stops_(waiting_.size()) {
   incoming_.reserve(buffer_.capacity());
   batch_.reserve(waiting_.size());
@@ -31,12 +33,14 @@ void CommandIntake::collect() {
     const auto target = static_cast<std::size_t>(received.target);
     if (const auto boundary = barrier_.boundary_ahead(received)) {
       senders_[target] = received.sender;
+      newest_[target] = stamp_of(received.command);
       ahead_.put(*boundary, std::move(received));
       continue;
     }
-    if (lockstep && !barrier_.admits(received, senders_[target] == received.sender)) continue;
+    if (lockstep && !is_admitted(received)) continue;
     if (!received.goal) {
       senders_[target] = received.sender;
+      newest_[target] = stamp_of(received.command);
       // Its sender begins again here.
       ahead_.drop(received.target);
     }
@@ -46,6 +50,17 @@ void CommandIntake::collect() {
     discard(waiting_[target], received.goal ? GoalEnd::preempted : GoalEnd::replaced);
     waiting_[target] = std::move(received);
   }
+}
+
+bool CommandIntake::is_admitted(const ReceivedCommand& received) {
+  const auto target = static_cast<std::size_t>(received.target);
+  const bool known_sender = senders_[target] == received.sender;
+  Repeats& repeats = repeats_[target];
+  const SimTime stamp = stamp_of(received.command);
+  const bool may_repeat = known_sender && repeats.left > 0 && stamp.given() && !(repeats.until < stamp);
+  if (barrier_.admits(received, known_sender, may_repeat)) return true;
+  if (may_repeat) --repeats.left;
+  return false;
 }
 
 void CommandIntake::cancel(const ReceivedCommand& received) {
@@ -126,6 +141,8 @@ void CommandIntake::restart() {
   for (auto& waiting : waiting_) discard(waiting, GoalEnd::reset);
   stops_.assign(stops_.size(), std::nullopt);
   ahead_.drop_all();
+  for (std::size_t target = 0; target < repeats_.size(); ++target)
+    repeats_[target] = {newest_[target], kMostLookahead};
   latency_.clear();
 }
 

@@ -61,6 +61,8 @@ class CommandIntake {
     if (waiting && !waiting->goal) waiting.reset();
   }
   void discard(std::optional<ReceivedCommand>& waiting, GoalEnd end);
+  /// In lockstep: by the barrier.
+  bool is_admitted(const ReceivedCommand& received);
   /// Of a goal that waits or runs.
   void cancel(const ReceivedCommand& received);
 
@@ -72,7 +74,14 @@ class CommandIntake {
   std::vector<ReceivedCommand> incoming_;
   std::vector<std::optional<ReceivedCommand>> waiting_;  ///< by target: the newest not yet applied
   ScheduledCommands ahead_;
-  std::vector<std::uint64_t> senders_;         ///< by target: of the last command that was kept
+  std::vector<std::uint64_t> senders_;  ///< by target: of the last command that was kept
+  std::vector<SimTime> newest_;         ///< by target: its stamp
+  /// By target: answers to states of before the last restart that may arrive a second time.
+  struct Repeats {
+    SimTime until;
+    std::uint64_t left = 0;
+  };
+  std::vector<Repeats> repeats_;
   std::vector<std::optional<Command>> stops_;  ///< by target
   std::vector<Command> batch_;
   std::vector<GoalPtr> batch_goals_;

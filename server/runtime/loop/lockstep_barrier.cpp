@@ -35,7 +35,7 @@ std::optional<std::uint64_t> LockstepBarrier::boundary_ahead(const ReceivedComma
   return std::nullopt;
 }
 
-bool LockstepBarrier::admits(const ReceivedCommand& received, bool known_sender) {
+bool LockstepBarrier::admits(const ReceivedCommand& received, bool known_sender, bool may_repeat) {
   // A goal has no boundary in mind: it takes the place of the command at the next one of its target, or takes effect at
   // once where no controller has the target.
   if (received.goal != nullptr) return true;
@@ -67,6 +67,7 @@ bool LockstepBarrier::admits(const ReceivedCommand& received, bool known_sender)
     }
     if (stamp.given()) code = stamp < boundary ? RejectionCode::stale : RejectionCode::out_of_range;
   }
+  if (may_repeat) return false;
   if (controller == nullptr)
     loop_.emit(loop_.record_of(events::CommandWithoutController{received.target, code}, received.sender));
   else

@@ -30,8 +30,8 @@ class LockstepBarrier {
 
   /// In lockstep: whether a command may wait for its boundary. A refused one is reported in an event and
   /// counted, unless it answers a state that was sent twice, also behind the end of its controller. `known_sender`: its
-  /// sender's was the last command admitted for the target.
-  bool admits(const ReceivedCommand& received, bool known_sender);
+  /// sender's was the last command admitted for the target. `may_repeat`: of what it answered ahead of a reset.
+  bool admits(const ReceivedCommand& received, bool known_sender, bool may_repeat);
   /// At any pace: the boundary of the target's controller that the stamp names, if it lies ahead of the next one, within
   /// the lookahead.
   std::optional<std::uint64_t> boundary_ahead(const ReceivedCommand& received) const;
