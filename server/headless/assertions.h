@@ -31,6 +31,8 @@ class AssertionChecker {
   /// All arguments must outlive it. Throws ScenarioError for a signal that the device lacks, or names that
   /// fit no object.
   AssertionChecker(const Scenario& scenario, const Simulation& simulation);
+  /// Some assertion needs Simulation::watch_contact_peaks().
+  bool watches_contacts() const { return watches_contacts_; }
   /// Call it with the initial state and after every step.
   void note(const Simulation& simulation);
   /// At the end; `fault`: the reason if the run ended early, or empty. Assertions whose time was not reached

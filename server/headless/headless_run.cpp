@@ -89,6 +89,8 @@ HeadlessResult run_headless(Simulation& simulation, const Scenario& scenario, co
   std::optional<AssertionChecker> demands;
   if (!scenario.assertions.empty()) demands.emplace(scenario, simulation);
 
+  simulation.watch_contact_peaks(recorder || options.contact_extremes ||
+                                 (demands && demands->watches_contacts()));
   const RunTimer timer;
   std::optional<InProcessController> controller;
   try {

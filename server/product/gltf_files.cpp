@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "idl/common/bounded_file.h"
+#include "idl/common/uri.h"
 #include "server/geometry/mesh/builder.h"
 #include "server/geometry/mesh/glb_check.h"
 
@@ -64,25 +65,6 @@ std::string from_base64(std::string_view text, bool& ok) {
     bytes += static_cast<char>((bits >> static_cast<unsigned>(count)) & 255U);
   }
   return bytes;
-}
-
-/// RFC 3986: %20 is a space.
-std::string without_escapes(const std::string& uri) {
-  std::string result;
-  for (std::size_t i = 0; i < uri.size(); ++i) {
-    const auto digit = [&](std::size_t at) {
-      constexpr std::string_view kDigits = "0123456789abcdef";
-      return at < uri.size() ? kDigits.find(static_cast<char>(uri[at] | 0x20)) : kDigits.npos;
-    };
-    const std::size_t high = digit(i + 1), low = digit(i + 2);
-    if (uri[i] != '%' || high == std::string_view::npos || low == std::string_view::npos) {
-      result += uri[i];
-      continue;
-    }
-    result += static_cast<char>(16 * high + low);
-    i += 2;
-  }
-  return result;
 }
 
 /// The file of a buffer, which lies in the folder of the description or below it.

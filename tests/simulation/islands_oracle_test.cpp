@@ -128,6 +128,31 @@ TEST_F(ThrownBricks, IslandsThatMeetMoveAsACellThatIsOneIslandBitForBit) {
   }
 }
 
+// The upper brick is hit after others have been integrated as if it were not, to a harder impact with the floor.
+TEST_F(ThrownBricks, ForcesOfAnIntegrationThatIsGivenUpAreNoPeaks) {
+  for (const char* method : {"rosenbrock", "automatic"}) {
+    for (const double gap_m : {1e-4, 2.5e-4, 5e-4}) {
+      SCOPED_TRACE(std::string(method) + ", " + std::to_string(gap_m));
+      const Model cell =
+          bricks_.cell(meeting(gap_m, false).bricks, std::string("step_s: 0.004, method: ") + method);
+      SceneRun islands(cell), one(as_one_island(cell));
+      std::vector<ContactPeak> peaks[2];
+      for (SceneRun* run : {&islands, &one}) run->simulation().watch_contact_peaks(true);
+      ASSERT_TRUE(islands.step() && one.step());
+      islands.simulation().read_contact_peaks(peaks[0]);
+      one.simulation().read_contact_peaks(peaks[1]);
+      EXPECT_GT(work_of(islands).evaluations, work_of(one).evaluations)
+          << "they were not integrated apart";
+      ASSERT_EQ(peaks[0].size(), peaks[1].size());
+      ASSERT_GT(peaks[0].size(), 0U);
+      for (std::size_t i = 0; i < peaks[0].size(); ++i) {
+        EXPECT_EQ(peaks[0][i].time_s, peaks[1][i].time_s);
+        EXPECT_EQ(peaks[0][i].sample.result.normal_force_N, peaks[1][i].sample.result.normal_force_N);
+      }
+    }
+  }
+}
+
 // Curved bodies hold patches (PolygonalContact::hold), which those of an integration that is given up must not replace.
 TEST_F(ThrownBricks, CurvedIslandsThatMeetMoveAsACellThatIsOneIslandBitForBit) {
   const TemporaryDirectory directory;

@@ -153,6 +153,7 @@ Impact impact(const std::string& damping, const std::string& solver) {
   Impact result;
   double rebound = 0.0;
   std::vector<ContactPeak> peaks;
+  scene.simulation().watch_contact_peaks(true);
   while (scene.simulation().time_s() < 0.04 && scene.step()) {
     scene.simulation().read_contact_peaks(peaks);
     for (const ContactPeak& peak : peaks) {

@@ -367,6 +367,7 @@ std::size_t ContactInteraction::pairs_among_counted() const {
 }
 
 void ContactInteraction::note_peaks(const CellMotion& motion) {
+  if (!watches_peaks_) return;
   for (PairContact* const pair : visited()) {
     const double least_N = pair->peak.update == updates_ ? pair->peak.result.normal_force_N : 0.0;
     if (pair->result.elements > 0 && pair->result.normal_force_N > least_N)

@@ -68,8 +68,11 @@ class ContactInteraction {
   /// (PolygonalContact::hold), until release().
   void hold(const CellMotion& motion, double next_s);
   void release();
-  /// Discrete, at an accepted point, directly after evaluate_moving(): for read_peaks().
+  /// Discrete, at an accepted point, directly after evaluate_moving(): for read_peaks(). Without watch_peaks() nothing
+  /// is noted.
   void note_peaks(const CellMotion& motion);
+  void watch_peaks(bool watch) { watches_peaks_ = watch; }
+  bool watches_peaks() const { return watches_peaks_; }
   /// Discrete, at an accepted point: springs of the stick law.
   void accept(const CellMotion& motion);
 
@@ -203,6 +206,7 @@ class ContactInteraction {
   bool movable_known_ = false;
   std::uint64_t boxes_apart_ = 0;
   std::uint64_t updates_ = 0;
+  bool watches_peaks_ = false;
   ApproachSearch approach_;
   ContactPool pool_;
   std::vector<Near> near_;  ///< acting pairs that may meet, ascending; those asleep as of falling asleep

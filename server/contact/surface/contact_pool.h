@@ -32,14 +32,18 @@ struct PairContact {
   void forget() {
     contact.reset();
     known = frozen = false;
+    peak = {};
   }
-  /// Keeps from which the patch that is held follows, for a step that may be taken again, and its counterpart.
-  void keep_held() {
+  /// Keeps the peak and from which the patch that is held follows, for a step that may be taken again.
+  void keep() {
+    kept_peak = peak;
     const HeldFrom* const from = contact.held_from();
     kept_holds = from != nullptr;
     if (kept_holds) kept_from = *from;
   }
-  void hold_kept() {
+  /// The counterpart of keep().
+  void restore_kept() {
+    peak = kept_peak;
     const HeldFrom* const from = contact.held_from();
     const bool holds = from != nullptr;
     if (holds == kept_holds &&
@@ -70,7 +74,7 @@ struct PairContact {
     double time_s = 0.0;
     Pose X_WT{};
     ContactResult result;
-  } peak;
+  } peak, kept_peak;
   std::uint64_t made = 0, skipped = 0, apart = 0;
   std::uint64_t given_back = 0;  ///< the order
 };

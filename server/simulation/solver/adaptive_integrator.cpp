@@ -93,7 +93,7 @@ bool AdaptiveProblem::indicators(double t, const double* x, double* g) {
 }
 
 void AdaptiveProblem::note_peaks(double t, const double* x) {
-  if (system_->has_contacts() && derivatives(t, x, work_.data())) system_->note_peaks();
+  if (system_->watches_peaks() && derivatives(t, x, work_.data())) system_->note_peaks();
 }
 
 bool AdaptiveProblem::evaluate_jacobian(double t, const double* x, const double* f0) {

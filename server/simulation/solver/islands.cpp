@@ -76,7 +76,7 @@ std::size_t Islands::find(OdeSystem& system, double t, double h, std::span<const
     Link link{pair, {unit_of(pair->base), unit_of(pair->target)}, Vec3::Zero(), {}, {}};
     if (link.units[0] < 0 && link.units[1] < 0) continue;
     if (is_cross(link)) guard(system, link, h);
-    pair->keep_held();
+    pair->keep();
     links_.push_back(link);
   }
   sort_members();
@@ -275,7 +275,7 @@ bool Islands::join_met() {
   for (const std::size_t i : with_states_) new_[i] = new_[sets_.root(i)];
   for (const Link& link : links_)
     if (const int unit = std::max(link.units[0], link.units[1]); new_[static_cast<std::size_t>(unit)] != 0)
-      link.contact->hold_kept();
+      link.contact->restore_kept();
   sort_members();
   return true;
 }

@@ -178,6 +178,10 @@ void OdeSystem::note_peaks() {
   if (has_contacts()) contacts_->note_peaks(motion_);
 }
 
+bool OdeSystem::watches_peaks() const {
+  return has_contacts() && contacts_->watches_peaks();
+}
+
 void OdeSystem::derivatives(double t, std::span<const double> x, std::span<double> xdot) {
   update_motion(t, x);
   derivatives_at_motion(t, x, xdot);

@@ -83,6 +83,7 @@ class OdeSystem {
   void hold_contacts(double next_s);
   /// Discrete, directly after derivatives() at an accepted point: the largest forces of surface contacts.
   void note_peaks();
+  bool watches_peaks() const;
 
   // Modes of the plant models (see plant_model.h). All of these bring the motion and the wrenches to (t, x).
 

@@ -83,6 +83,10 @@ void Simulation::read_contact_peaks(std::vector<ContactPeak>& peaks) const {
   impl_->contacts.read_peaks(impl_->system().motion(), peaks);
 }
 
+void Simulation::watch_contact_peaks(bool watch) {
+  impl_->contacts.watch_peaks(watch);
+}
+
 ContactCallCounts Simulation::contact_counts() const {
   return impl_->contacts.counts();
 }

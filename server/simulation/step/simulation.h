@@ -194,8 +194,11 @@ class Simulation {
   /// Pairs with pressure by surface contact at this time (level of detail 3), in the order of the pairs.
   void read_contacts(std::vector<ContactSample>& samples) const;
   /// The largest normal forces of the most recent step, by pair, each with its time: at the ends of the solver's own steps
-  /// within it, as an impact is far shorter than a communication step.
+  /// within it, as an impact is far shorter than a communication step; without watch_contact_peaks() at its end alone.
   void read_contact_peaks(std::vector<ContactPeak>& peaks) const;
+  /// Whether steps note them. SUNDIALS evaluates the contacts once more for each of its steps; no bit of a state depends
+  /// on it. Not by default.
+  void watch_contact_peaks(bool watch);
   ContactCallCounts contact_counts() const;
   /// What surface contact keeps in memory, for tests and measurements.
   ContactInteraction::Size contact_size() const;
