@@ -96,6 +96,19 @@ await page.keyboard.press('m');
 assert.ok(await page.locator('#aim').isHidden());
 await page.keyboard.press('Escape');
 
+stage('the address');
+// A view that was turned is in it; one that fits the cell is not, so that another screen fits it too.
+const inAddress = (of) => of.evaluate(() => JSON.parse(decodeURIComponent(location.hash.slice(1))));
+assert.ok((await inAddress(page)).camera);
+const fresh = await visit(browser, url, {width: 1400, height: 900});
+await fresh.until(() => takt.plots.plots.length === 2 && location.hash.length > 1);
+assert.equal((await inAddress(fresh.page)).camera, undefined);
+await fresh.page.setViewportSize({width: 390, height: 844});
+await fresh.page.reload();
+await fresh.until(() => takt.last.description && takt.cell.grid && takt.eye.corners().every((corner) => { takt.cell.camera.updateMatrixWorld(); return Math.abs(corner.project(takt.cell.camera).x) <= 1; }));
+assert.deepEqual(fresh.problems, []);
+await fresh.page.context().close();
+
 stage('requests');
 // A Part is put elsewhere while the cell stands, and a gripper's signal is forced: the state on DDS has both.
 await ask(() => takt.select({kind: 'component', name: 'P'}));
