@@ -301,7 +301,7 @@ const section = () => { $('cut').hidden = !$('section').value; cell.setSection($
 $('section').onchange = $('cut').oninput = section;
 if (asked.section) { $('section').value = asked.section; $('cut').value = asked.cut; section(); }
 
-// The address says what one looks at, so that it can be passed on. A view that nobody has turned fits the cell on any screen.
+// The address says what one looks at, so that it can be passed on. Any other view fits the cell on any screen.
 function remember() {
   const {camera, target, ...rest} = cell.view(), view = {...(asked.camera || eye.past.length ? {camera, target} : {}), ...rest, plots: plots.names()};
   history.replaceState(null, '', `#${encodeURIComponent(JSON.stringify(view))}`);
