@@ -197,6 +197,7 @@ for (const [file, folder] of cells) {
         assert.ok(bright[0] < bright[1] && bright[1] < bright[2], String(bright));
         await seen.ask(() => takt.select({kind: 'component', name: 'Core4'}));
         await seen.until(() => [...document.querySelectorAll('#selection tr')].some(({textContent}) => textContent === 'temperature280.0 °C'));
+        assert.doesNotMatch(await seen.page.locator('#selection').innerText(), /-0\.0+\b/);
         if (process.env.TAKT_SCREENSHOT) await seen.page.screenshot({path: `${dirname(process.env.TAKT_SCREENSHOT)}/${scenario}_temperature.png`});
       }
     }
