@@ -20,6 +20,7 @@
 #include <thread>
 #include <vector>
 
+#include "idl/command_line/commands.h"
 #include "idl/command_line/enumeration.h"
 #include "idl/command_line/numbers.h"
 #include "idl/command_line/package_folders.h"
@@ -341,6 +342,7 @@ int main(int argc, char** argv) {
 
   Arguments arguments;
   CLI::App app("Simulates the robotic cell of a scenario as a service over DDS.", "takt-server");
+  takt::command_line::wrap_help(app);
   describe_arguments(app, arguments);
   try {
     app.parse(argc, argv);

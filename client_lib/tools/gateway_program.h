@@ -9,6 +9,7 @@
 
 #include "client_lib/tools/connection_options.h"
 #include "client_lib/tools/gateway_options.h"
+#include "idl/command_line/commands.h"
 #include "idl/command_line/numbers.h"
 #include "idl/command_line/output.h"
 
@@ -24,6 +25,7 @@ struct GatewayProgram {
 
 inline int run_gateway_command(const GatewayProgram& program, int argc, char** argv) {
   CLI::App app{program.description};
+  command_line::wrap_help(app);
   app.footer(program.footer);
   app.set_version_flag("--version", std::string(program.name) + " " + takt_build_info());
   GatewayOptions options;

@@ -5,6 +5,7 @@ Usage: build.py OUTPUT [--bin DIRECTORY] [--python DIRECTORY]
 OUTPUT receives pages/ (what MkDocs reads) and site/ (the result). --bin has takt's programs for the reference of command
 lines; --python has the Python package. Without them these two pages say how to make them. Exit code 1 after a fault."""
 import argparse
+import json
 import os
 import re
 import shutil
@@ -22,6 +23,16 @@ LINK = re.compile(r"(\]\(|<img src=\")([^)\s\"]+)")
 EXTERNAL = re.compile(r"^[a-z]+:|^#")
 FORMULAS = """document$.subscribe(() => renderMathInElement(document.body, {
   delimiters: [{left: "\\\\(", right: "\\\\)", display: false}, {left: "\\\\[", right: "\\\\]", display: true}]}));
+"""
+# Index and worker of the theme's search, for pages that are opened as files. Of a folder browsers load no worker.
+SEARCH_OF_FILES = """var __index = %s;
+var __search = {index: Promise.resolve(__index)};
+{
+  const source = new Blob([%s], {type: "text/javascript"});
+  window.Worker = class extends Worker {
+    constructor(url, ...options) { super(/\\/workers\\/search\\./.test(url) ? URL.createObjectURL(source) : url, ...options); }
+  };
+}
 """
 
 
@@ -112,6 +123,14 @@ def doxygen(output):
     shutil.copytree(output / "cpp/html", output / "pages/cpp")
 
 
+def search_of_files(site):
+    """Writes search/search_of_files.js, which docs/site/theme/main.html loads."""
+    worker, = (site / "assets/javascripts/workers").glob("search.*.js")
+    index = json.loads((site / "search/search_index.json").read_text(encoding="utf-8"))
+    text = SEARCH_OF_FILES % (json.dumps(index), json.dumps(worker.read_text(encoding="utf-8")))
+    (site / "search/search_of_files.js").write_text(text, encoding="utf-8")
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("output", type=Path)
@@ -124,7 +143,9 @@ def main():
         references.write(output / "pages/reference", arguments.bin, arguments.python)
         doxygen(output)
         shutil.copyfile(DOCS / "site/mkdocs.yml", output / "mkdocs.yml")
+        shutil.copytree(DOCS / "site/theme", output / "theme", dirs_exist_ok=True)
         run(["mkdocs", "build", "--quiet", "--strict", "--clean"], output, "mkdocs")
+        search_of_files(output / "site")
         faults, pages, checked = links.check(output / "site")
     except (SiteError, references.ReferenceError) as error:
         sys.exit(f"site: {error}")

@@ -49,6 +49,18 @@ std::string interval(const ScenarioAssertion& assertion, const std::string& unit
   return text;
 }
 
+/// Of mm or degrees, without the digits of rounding errors: below 1 nm, 1e-6 deg.
+std::string rounded_text(double value) {
+  return number_text(1e-6 * std::round(1e6 * value), 6);
+}
+
+std::string unit_of(const CellDescription& cell, const std::string& device, const std::string& signal) {
+  for (const SignalDescription& one :
+       cell.devices[static_cast<std::size_t>(cell.find_device(device))].signals)
+    if (one.name == signal) return one.unit;
+  return "";
+}
+
 }  // namespace
 
 const char* to_string(Verdict verdict) {
@@ -148,13 +160,15 @@ void AssertionChecker::note_grips(const Simulation& simulation) {
 
 void AssertionChecker::judge_number(std::size_t i, double value, const char* what, const std::string& unit) {
   const ScenarioAssertion& assertion = scenario_.assertions[i];
+  const std::string after = unit.empty() ? "" : " " + unit;
   results_[i].verdict =
       value >= assertion.lower && value <= assertion.upper ? Verdict::passed : Verdict::failed;
   results_[i].value = value;
   if (std::isfinite(assertion.lower)) results_[i].lower = assertion.lower;
   if (std::isfinite(assertion.upper)) results_[i].upper = assertion.upper;
   results_[i].sentence =
-      std::string(what) + " is " + number_text(value, 6) + unit + "; allowed: " + interval(assertion, unit);
+      std::string(what) + " is " + number_text(value, 6) + after + "; allowed: " + interval(assertion, after);
+  results_[i].unit = unit;
 }
 
 void AssertionChecker::judge_pose(std::size_t i) {
@@ -164,18 +178,18 @@ void AssertionChecker::judge_pose(std::size_t i) {
                  assertion.X_WB);
   const bool angle_counts = std::isfinite(assertion.tolerance_rad);
   constexpr double kDegree = std::numbers::pi / 180.0;
-  // Without the digits of rounding errors: below 1 nm, 1e-6 deg.
-  const auto text = [](double value) { return number_text(1e-6 * std::round(1e6 * value), 6); };
   results_[i].verdict =
       error.position_m <= assertion.tolerance_m && error.angle_rad <= assertion.tolerance_rad
           ? Verdict::passed
           : Verdict::failed;
   results_[i].value = error.position_m;
   results_[i].upper = assertion.tolerance_m;
+  results_[i].unit = "m";
   results_[i].sentence =
-      assertion.subject + " is " + text(1e3 * error.position_m) + " mm and " +
-      text(error.angle_rad / kDegree) + " deg away; allowed: " + number_text(1e3 * assertion.tolerance_m, 6) +
-      " mm" + (angle_counts ? " and " + number_text(assertion.tolerance_rad / kDegree, 6) + " deg" : "");
+      assertion.subject + " is " + rounded_text(1e3 * error.position_m) + " mm and " +
+      rounded_text(error.angle_rad / kDegree) +
+      " deg away; allowed: " + number_text(1e3 * assertion.tolerance_m, 6) + " mm" +
+      (angle_counts ? " and " + number_text(assertion.tolerance_rad / kDegree, 6) + " deg" : "");
 }
 
 void AssertionChecker::judge_holder(std::size_t i) {
@@ -200,7 +214,7 @@ void AssertionChecker::judge(std::size_t i, const Simulation& simulation) {
         result.sentence = "no surface contact acts at this level of detail";
         return;
       }
-      judge_number(i, largest_N_[i], "the largest normal force", " N");
+      judge_number(i, largest_N_[i], "the largest normal force", "N");
       result.time_s = largest_time_s_[i];
       return;
     case Kind::pose:
@@ -210,11 +224,11 @@ void AssertionChecker::judge(std::size_t i, const Simulation& simulation) {
     case Kind::energy:
       result.sentence = assertion.subject + " draws energy from level of detail 2 on";
       for (const ConsumedEnergy& one : consumed_energies(cell_, snapshot_))
-        if (one.consumer == assertion.subject) judge_number(i, one.energy_J, "the energy", " J");
+        if (one.consumer == assertion.subject) judge_number(i, one.energy_J, "the energy", "J");
       return;
     case Kind::signal:
       return judge_number(i, *signal_value(cell_, snapshot_, assertion.subject, assertion.signal),
-                          assertion.signal.c_str(), "");
+                          assertion.signal.c_str(), unit_of(cell_, assertion.subject, assertion.signal));
     case Kind::grip_margin:
       if (!grips_[i]) {
         result.sentence =
@@ -262,8 +276,9 @@ std::vector<AssertionResult> judge_expected(const Scenario& scenario, const Cell
     one.verdict = error_m <= most_m ? Verdict::passed : Verdict::failed;
     one.value = error_m;
     one.upper = most_m;
+    one.unit = "m";
     one.time_s = end.time_s;
-    one.sentence = expected.part + " is " + number_text(1e3 * error_m, 6) +
+    one.sentence = expected.part + " is " + rounded_text(1e3 * error_m) +
                    " mm away from its expected place; allowed: " + number_text(1e3 * most_m, 6) + " mm";
   }
   return results;

@@ -23,6 +23,7 @@ struct AssertionResult {
   double time_s = 0.0;   ///< of the finding
   /// For a verdict on a number (SI units): the number and the limits; absent otherwise.
   std::optional<double> value{}, lower{}, upper{};
+  std::string unit{};  ///< of these; empty: a pure number
 };
 const char* to_string(AssertionResult::Verdict verdict);
 

@@ -319,8 +319,8 @@ void print_comparison(std::ostream& out, const Json& a, const Json& b, const Com
                       const ComparisonLimits& limits) {
   constexpr std::size_t kMaxListed = 20;
   out << a["scenario"].get<std::string>() << ": " << level_of(a) << " ("
-      << number_text(a["cpu_time"].get<double>(), 5) << " s of computation) and " << level_of(b) << " ("
-      << number_text(b["cpu_time"].get<double>(), 5) << " s)\n";
+      << number_text(a["cpu_time"].get<double>(), 3) << " s of computation) and " << level_of(b) << " ("
+      << number_text(b["cpu_time"].get<double>(), 3) << " s)\n";
   for (const std::string& sentence : comparison.contradictions) out << "!! " << sentence << '\n';
   Table table;
   std::size_t listed = 0, counting = 0;
@@ -332,8 +332,8 @@ void print_comparison(std::ostream& out, const Json& a, const Json& b, const Com
       return v ? number_text(*v, 5) : std::string("-");
     };
     const auto amount = [&](double v) {
-      return d.share ? number_text(100.0 * v, 5) + " %"
-                     : number_text(v, 5) + (d.unit.empty() ? "" : " " + d.unit);
+      return d.share ? number_text(100.0 * v, 4) + " %"
+                     : number_text(v, 4) + (d.unit.empty() ? "" : " " + d.unit);
     };
     table.begin_row();
     table.set("", d.counts() ? "!!" : "");

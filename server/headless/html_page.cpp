@@ -35,6 +35,7 @@ p { margin: 6px 0 } .soft { color: var(--soft) }
 .numbers div { background: var(--panel); border: 1px solid var(--line); border-radius: 6px; padding: 8px 12px }
 .numbers dt { color: var(--soft); font-size: 12px } .numbers dd { margin: 0; font-size: 17px;
   font-variant-numeric: tabular-nums }
+pre { white-space: pre-wrap; overflow-wrap: anywhere; background: var(--raised); padding: 8px 12px; border-radius: 6px }
 img { max-width: 100%; height: auto; display: block; margin: 12px 0; border: 1px solid var(--line); border-radius: 6px }
 .scroll { overflow-x: auto }
 table { border-collapse: collapse; margin: 8px 0; background: var(--panel) }

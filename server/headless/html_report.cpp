@@ -157,7 +157,11 @@ void write_timetable(std::ostream& out, const Json& report, const Json& steps) {
 void write_steps(std::ostream& out, const Json& report) {
   const Json& metrics = report["run_metrics"];
   if (metrics["steps"].empty()) return;
-  out << "<h2>Steps of the program</h2>\n<p>Cycle time " << quantity(metrics["cycle_time"], "s") << ".</p>\n";
+  const Json& cycle = metrics["cycle_time"];
+  out << "<h2>Steps of the program</h2>\n<p>"
+      << (cycle.is_null() ? "The program goes on at the end of the run."
+                          : "Cycle time " + quantity(cycle, "s") + ".")
+      << "</p>\n";
   write_timetable(out, report, metrics["steps"]);
   std::vector<std::string> head{"robot", "step", "line #", "begin (s)", "end (s)", "duration (s)"};
   for (const auto& [consumer, numbers] : metrics["consumers"].items()) head.push_back(consumer + " #");

@@ -188,7 +188,8 @@ RunMetrics RunMetricsRecorder::finish(const Simulation& simulation,
     if (!step.named && names[static_cast<std::size_t>(step.robot)] != 0) continue;
     StepMetrics& entry = numbers_.steps.emplace_back();
     entry.step = step;
-    if (step.end_s < 0.0) entry.step.end_s = snapshot_.time_s;
+    entry.goes_on = step.end_s < 0.0;
+    if (entry.goes_on) entry.step.end_s = snapshot_.time_s;
     for (std::size_t i = 0; i < energies_J_.size(); ++i)
       entry.energy_J.push_back(energy_at(i, entry.step.end_s) - energy_at(i, step.begin_s));
   }

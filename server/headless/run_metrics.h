@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <deque>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -62,6 +63,7 @@ struct ConsumerMetrics {
 struct StepMetrics {
   controller::ProgramStep step;
   std::vector<double> energy_J;
+  bool goes_on = false;  ///< at the end of the run, which is taken as its end
 };
 
 /// The group of the curves of normal forces by surface contact.
@@ -81,8 +83,14 @@ struct RunMetrics {
   std::vector<Curve> curves;
 };
 
-/// End of the program's last step; 0 without steps.
-inline double cycle_time_s(const RunMetrics& metrics) {
+/// A program that the end of the run interrupts.
+inline bool interrupted(const RunMetrics& metrics) {
+  return std::ranges::any_of(metrics.steps, &StepMetrics::goes_on);
+}
+
+/// End of the program's last step. None without steps, and of a program that is interrupted.
+inline std::optional<double> cycle_time_s(const RunMetrics& metrics) {
+  if (metrics.steps.empty() || interrupted(metrics)) return std::nullopt;
   double end_s = 0.0;
   for (const StepMetrics& step : metrics.steps) end_s = std::max(end_s, step.step.end_s);
   return end_s;

@@ -75,7 +75,8 @@ Json robots_json(const CellDescription& cell, const RunMetrics& metrics, std::ve
 Json run_metrics_json(const CellDescription& cell, const HeadlessResult& result) {
   const RunMetrics& metrics = *result.run_metrics;
   Json all;
-  all["cycle_time"] = metrics.steps.empty() ? Json(nullptr) : Json(cycle_time_s(metrics));
+  const auto cycle_s = cycle_time_s(metrics);
+  all["cycle_time"] = cycle_s ? Json(*cycle_s) : Json(nullptr);
   all["steps"] = steps_json(cell, metrics);
   Json consumers = Json::object();
   for (const ConsumerMetrics& consumer : metrics.consumers)
@@ -101,7 +102,7 @@ Json run_metrics_json(const CellDescription& cell, const HeadlessResult& result)
          most.load.needed_N, most.load.force_N, most.time_s});
   for (const AssertionResult& demand : result.assertions)
     if (demand.value && demand.upper && *demand.upper > 0.0)
-      margins.push_back({demand.name, "", *demand.value, *demand.upper, demand.time_s});
+      margins.push_back({demand.name, demand.unit, *demand.value, *demand.upper, demand.time_s});
   std::stable_sort(margins.begin(), margins.end(),
                    [](const Margin& a, const Margin& b) { return a.use() > b.use(); });
   Json reported = Json::array();

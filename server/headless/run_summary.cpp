@@ -109,7 +109,8 @@ void print_parts(std::ostream& out, const Json& parts, double tolerance_m) {
     table.set("Part", part["name"].get<std::string>());
     for (const char* axis : {"x", "y", "z"})
       table.set(std::string(axis) + " (m)", position_text(part["position"][axis]));
-    if (judged) table.set("error (mm)", fixed_text(1e3 * error_m, 4));
+    if (judged)
+      table.set("error (mm)", error_m < 0.1 ? fixed_text(1e3 * error_m, 4) : number_text(1e3 * error_m, 4));
     table.set("held by", part["held_by"].is_null() ? "nothing" : part["held_by"].get<std::string>());
     if (outside) table.set("", "outside the tolerance of " + number_text(1e3 * tolerance_m, 3) + " mm");
   }
@@ -157,7 +158,7 @@ Json run_summary_json(const Scenario& scenario, const CellDescription& cell, con
                {"parts", parts_json(scenario, cell, result.final_state)},
                {"loads", Json::array()},
                {"largest_contact_force", nullptr}};
-  if (!result.run_metrics->steps.empty()) summary["cycle_time"] = cycle_time_s(*result.run_metrics);
+  if (const auto cycle_s = cycle_time_s(*result.run_metrics)) summary["cycle_time"] = *cycle_s;
   for (const Load& load : largest_loads(cell, result)) {
     const bool limited = load.limit > 0.0;
     summary["loads"].push_back({{"of", load.of},
@@ -201,6 +202,8 @@ void print_summary(std::ostream& out, const Scenario& scenario, const CellDescri
   const Json summary = run_summary_json(scenario, cell, result);
   if (!summary["cycle_time"].is_null())
     out << "Cycle time " << fixed_text(summary["cycle_time"].get<double>(), 3) << " s\n";
+  else if (interrupted(*result.run_metrics))
+    out << "No cycle time: the program goes on at the end of the run (--duration)\n";
   if (const Json& most = summary["largest_contact_force"]; !most.is_null())
     out << "Largest contact force " << number_text(most["normal_force"].get<double>(), 4) << " N, "
         << most["base"].get<std::string>() << " and " << most["target"].get<std::string>() << " at "

@@ -135,7 +135,12 @@ class SceneRunner {
 };
 
 std::string number(double value) {
-  return number_text(value, 6);
+  return number_text(value, 4);
+}
+
+/// With its unit; a pure number has "1".
+std::string number(double value, const std::string& unit) {
+  return number(value) + (unit == "1" ? "" : " " + unit);
 }
 
 void judge_code(VerifiedResolution& r, bool exact) {
@@ -171,15 +176,15 @@ void judge_solution(VerifiedResolution& r, std::optional<double> tolerance, cons
   if (tolerance && (c.state == GridState::oscillatory || c.state == GridState::diverging) &&
       uncertainty <= kPartOfTolerance * *tolerance) {
     r.solution = Verdict::good;
-    r.solution_sentence = "no order; three times the range of the results, " + number(uncertainty) + " " +
-                          unit + ", is below a tenth of the tolerance";
+    r.solution_sentence = "no order; three times the range of the results, " + number(uncertainty, unit) +
+                          ", is below a tenth of the tolerance";
     return;
   }
   r.solution = c.state == GridState::monotone ? Verdict::good : Verdict::bad;
   switch (c.state) {
     case GridState::monotone:
       r.solution_sentence = "monotone convergence, observed order " + number(c.order) +
-                            ", grid convergence index " + number(c.index) + " " + unit + ", safety factor " +
+                            ", grid convergence index " + number(c.index, unit) + ", safety factor " +
                             number(c.safety_factor) +
                             (c.asymptotic ? " (asymptotic range)" : " (asymptotic range not shown)");
       return;
@@ -202,8 +207,7 @@ void judge_comparison(VerifiedScene& s) {
     s.good_to = reference - k * s.u_val;
     s.comparison = s.result <= s.good_to ? Verdict::good : Verdict::bad;
     s.comparison_sentence = number(s.result) + " + " + number(k * s.u_val) + uncertainties +
-                            (s.comparison == Verdict::good ? " <= " : " > ") + number(reference) + " " +
-                            s.plan.unit;
+                            (s.comparison == Verdict::good ? " <= " : " > ") + number(reference, s.plan.unit);
     return;
   }
   const double limit = s.plan.tolerance.value_or(k * s.u_val);
@@ -211,8 +215,8 @@ void judge_comparison(VerifiedScene& s) {
   s.good_to = reference + limit;
   s.comparison = std::abs(s.error) <= limit ? Verdict::good : Verdict::bad;
   s.comparison_sentence = "|E| = " + number(std::abs(s.error)) +
-                          (s.comparison == Verdict::good ? " <= " : " > ") + number(limit) + " " +
-                          s.plan.unit + (s.plan.tolerance ? " (stated tolerance)" : uncertainties);
+                          (s.comparison == Verdict::good ? " <= " : " > ") + number(limit, s.plan.unit) +
+                          (s.plan.tolerance ? " (stated tolerance)" : uncertainties);
 }
 
 std::size_t finest(const VerificationResolution& r) {
@@ -325,8 +329,9 @@ Verification verify(const VerificationPlan& plan, const VerificationOptions& opt
   for (const std::string& name : options.scenes)
     if (std::none_of(plan.scenes.begin(), plan.scenes.end(),
                      [&](const VerificationScene& scene) { return scene.name == name; }))
-      throw ScenarioError("--scene: found '" + name + "'; allowed: a scene of " + plan.file.string() + ": " +
-                          list_names(plan.scenes));
+      throw ScenarioError(
+          "--scene: found '" + name + "'; allowed: a scene of " + plan.file.string() + ": " +
+          join(plan.scenes, ", ", [](const VerificationScene& scene) { return "'" + scene.name + "'"; }));
   Verification result{plan, options.version, {}};
   for (const VerificationScene& scene : plan.scenes) {
     if (!wanted(scene.name)) continue;

@@ -115,6 +115,13 @@ std::string marked(const Json& verdict) {
   return "<span class=\"skipped\">not demanded</span>";
 }
 
+/// Digits that show where a result is between the ends of the good ones.
+int digits_between(const std::optional<double>& from, double to) {
+  const double width = from ? to - *from : 0.0, scale = std::abs(to);
+  const double digits = width > 0.0 && scale > 0.0 ? std::ceil(std::log10(scale / width)) : 0.0;
+  return static_cast<int>(std::clamp(digits + 3.0, 4.0, 15.0));
+}
+
 std::string digits(const Json& value, int count) {
   return value.is_number() ? number_text(value.get<double>(), count) : std::string();
 }
@@ -159,10 +166,13 @@ void write_scene_page(std::ostream& out, const Json& scene) {
     HtmlTable table(out,
                     {"result" + unit, "reference" + unit, "error E" + unit, "u_num" + unit, "u_input" + unit,
                      "u_reference" + unit, "u_val" + unit, "good from" + unit, "good to" + unit});
-    table.row({digits(comparison["result"], 7), digits(comparison["reference"], 7),
+    const Json &from = comparison["good_from"], &to = comparison["good_to"];
+    const int count =
+        digits_between(from.is_null() ? std::nullopt : std::optional(from.get<double>()), to.get<double>());
+    table.row({digits(comparison["result"], count), digits(comparison["reference"], count),
                text_of(comparison["error"]), text_of(comparison["u_num"]), text_of(comparison["u_input"]),
-               text_of(comparison["u_reference"]), text_of(comparison["u_val"]),
-               digits(comparison["good_from"], 7), digits(comparison["good_to"], 7)});
+               text_of(comparison["u_reference"]), text_of(comparison["u_val"]), digits(from, count),
+               digits(to, count)});
   }
   for (const Json& resolution : scene["resolutions"]) write_resolution(out, resolution, unit);
   if (!inputs["inputs"].empty()) {
@@ -176,14 +186,6 @@ void write_scene_page(std::ostream& out, const Json& scene) {
   for (const Json& file : scene["files"])
     table.row({text_of(file["file"]), text_of(file["role"]), text_of(file["sha256"])});
   table.row({"", "model hash", text_of(scene["model_hash"])});
-}
-
-/// With the digits that show where it is between the ends of the good results.
-std::string text_within(double value, const VerifiedScene& s) {
-  const double width = s.good_from ? s.good_to - *s.good_from : 0.0;
-  const double scale = std::max(std::abs(value), std::abs(s.good_to));
-  const double digits = width > 0.0 && scale > 0.0 ? std::ceil(std::log10(scale / width)) : 0.0;
-  return number_text(value, static_cast<int>(std::clamp(digits + 3.0, 4.0, 15.0)));
 }
 
 }  // namespace
@@ -215,11 +217,15 @@ void write_verification_page(std::ostream& out, const nlohmann::ordered_json& re
   begin_html(out, text_of(report["name"]));
   const bool good = report["verdict"] == "good";
   const Json& scenes = report["scenes"];
-  const auto passed = std::count_if(scenes.begin(), scenes.end(),
-                                    [](const Json& scene) { return scene["verdict"] == "good"; });
-  write_verdict(
-      out, good, good ? "good" : "bad",
-      std::to_string(passed) + " of " + counted(scenes.size(), "scene is", "scenes are") + " good.");
+  const auto with = [&](const char* verdict) {
+    return static_cast<std::size_t>(std::count_if(
+        scenes.begin(), scenes.end(), [&](const Json& scene) { return scene["verdict"] == verdict; }));
+  };
+  std::string sentence =
+      std::to_string(with("good")) + " of " + counted(scenes.size(), "scene is", "scenes are") + " good.";
+  if (const std::size_t missing = with("not run"); missing > 0)
+    sentence += " " + counted(missing, "scene was", "scenes were") + " not run.";
+  write_verdict(out, good, good ? "good" : "bad", sentence);
   out << "<p>" << xml_escaped(text_of(report["description"])) << " Terms: ASME V&amp;V 10 and 20. "
       << xml_escaped(text_of(report["version"])) << ".</p>\n";
   {
@@ -240,9 +246,10 @@ void print_verification(std::ostream& out, const Verification& verification) {
                        : "BAD   ")
         << s.plan.name << ": " << s.comparison_sentence << '\n';
     if (!s.fault.empty()) continue;
-    out << "      result " << text_within(s.result, s) << ", good "
-        << (s.good_from ? "from " + text_within(*s.good_from, s) + " " : "") << "to "
-        << text_within(s.good_to, s) << ' ' << s.plan.unit << '\n';
+    const int count = digits_between(s.good_from, s.good_to);
+    out << "      result " << number_text(s.result, count) << ", good "
+        << (s.good_from ? "from " + number_text(*s.good_from, count) + " " : "") << "to "
+        << number_text(s.good_to, count) << (s.plan.unit == "1" ? "" : " " + s.plan.unit) << '\n';
     for (const VerifiedResolution& r : s.resolutions) {
       if (r.code == VerificationVerdict::bad)
         out << "      code verification, " << r.plan.name << ": " << r.code_sentence << '\n';

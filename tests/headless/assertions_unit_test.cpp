@@ -87,7 +87,7 @@ TEST_F(Assertions, HoldersAndSignalsAreJudgedOrReportedAsUndecided) {
                               Verdict::failed, Verdict::skipped, Verdict::passed};
   for (std::size_t i = 0; i < results.size(); ++i)
     EXPECT_EQ(results[i].verdict, expected[i]) << i << ": " << results[i].sentence;
-  EXPECT_THAT(results[3].sentence, HasSubstr("temperature is 20; allowed: at least 100"));
+  EXPECT_THAT(results[3].sentence, HasSubstr("temperature is 20 C; allowed: at least 100 C"));
 }
 
 TEST_F(Assertions, ExpectedPlacesAreDemandsOfARunThatReachesItsDuration) {

@@ -78,8 +78,27 @@ TEST(RunSummary, RobotsAndGrippersHaveTheirLargestLoads) {
   }
   EXPECT_EQ(robots, 2U);
   EXPECT_EQ(grippers, 2U);
-  EXPECT_THAT(done.words, HasSubstr("\nCycle time "));
   EXPECT_THAT(done.words, HasSubstr("\nlargest load  "));
+  // The program takes 41 s: what it has done after 8 s is no cycle, and Parts on their way are far from their places.
+  EXPECT_TRUE(done.report["summary"]["cycle_time"].is_null());
+  EXPECT_TRUE(done.report["run_metrics"]["cycle_time"].is_null());
+  EXPECT_THAT(done.words, HasSubstr("\nNo cycle time: the program goes on at the end of the run"));
+  EXPECT_THAT(done.words, testing::ContainsRegex("\nB .* [0-9]{4}  Table1"));
+}
+
+TEST(RunSummary, AProgramThatEndsHasTheCycleTimeOfItsLastStep) {
+  const Summarised done = run("block_assembly.yaml", {}, 42.0);
+  const Json& metrics = done.report["run_metrics"];
+  double last_s = 0.0;
+  for (const Json& step : metrics["steps"]) last_s = std::max(last_s, step["end"].get<double>());
+  EXPECT_GT(last_s, 40.0);
+  EXPECT_LT(last_s, 42.0);
+  EXPECT_EQ(metrics["cycle_time"].get<double>(), last_s);
+  EXPECT_THAT(done.words, HasSubstr("\nCycle time 41.2"));
+  // Every limit has a unit, and no sentence the digits of rounding errors.
+  for (const Json& margin : metrics["margins"]) EXPECT_NE(margin["unit"], "") << margin.dump();
+  for (const auto& [name, demand] : done.report["assertions"].items())
+    EXPECT_THAT(demand["sentence"].get<std::string>(), Not(HasSubstr("e-"))) << name;
 }
 
 TEST(RunSummary, TheFaultThatEndsARunIsAmongTheWarnings) {

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "idl/common/text.h"
 #include "server/headless/verification_report.h"
 #include "tests/support/temporary_directory.h"
 
@@ -260,7 +261,7 @@ TEST(VerificationOfTakt, ShortScenesAreGood) {
   } catch (const ScenarioError& error) {
     EXPECT_THAT(error.what(),
                 testing::AllOf(HasSubstr("--scene: found 'no such scene'; allowed: a scene of "),
-                               HasSubstr("rolling ball")));
+                               HasSubstr(": 'rolling ball'")));
   }
 }
 
@@ -276,6 +277,29 @@ TEST_F(VerificationReport, PageAndJsonSayTheSame) {
   std::ostringstream words;
   print_verification(words, done);
   EXPECT_THAT(words.str(), HasSubstr("BAD   pendulum: |E| = "));
+}
+
+TEST_F(VerificationReport, ThePageHasTheDigitsThatSeparateAResultFromItsLimits) {
+  const Verification done = run(scene(kAngle, "    verdict: {tolerance: 1e-7}\n") +
+                                "  refused:\n    scenario: " TAKT_CONFIG_DIR
+                                "/verification/pendulum.yaml\n"
+                                "    set: [no_such_key=1]\n    quantity: time\n    unit: s\n"
+                                "    reference: {value: 1, source: the test}\n");
+  std::ostringstream page;
+  write_verification_page(page, verification_json(done));
+  for (const double limit : {kAngle - 1e-7, kAngle + 1e-7})
+    EXPECT_THAT(page.str(), HasSubstr(number_text(limit, 10)));
+  EXPECT_THAT(page.str(), HasSubstr("1 of 2 scenes are good. 1 scene was not run."));
+}
+
+TEST_F(VerificationReport, PureNumbersHaveNoUnit) {
+  std::string counts = scene(kAngle, "    verdict: {tolerance: 0.1}\n");
+  counts.replace(counts.find("unit: rad"), 9, "unit: \"1\"");
+  const Verification done = run(counts);
+  std::ostringstream words;
+  print_verification(words, done);
+  EXPECT_THAT(words.str(), HasSubstr("<= 0.1 (stated tolerance)\n"));
+  EXPECT_THAT(words.str(), testing::Not(HasSubstr(" 1\n")));
 }
 
 }  // namespace

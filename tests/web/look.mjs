@@ -28,26 +28,93 @@ await page.keyboard.press('Escape');
 assert.equal(await ask(() => takt.selected()), null);
 await page.keyboard.press('4');
 await until(() => takt.eye.flight === null && Math.abs(takt.cell.camera.position.x - takt.cell.orbit.target.x) < 0.01);
-const at = await ask(() => {
-  const {camera, canvas, components} = takt.cell, p = components.find(({mesh}) => mesh.name === 'P').mesh.geometry;
-  p.computeBoundingSphere();
+const placeOf = (name) => ask((wanted) => {
+  const {camera, canvas, components} = takt.cell, {mesh} = components.find((one) => one.mesh.name === wanted);
+  mesh.geometry.computeBoundingSphere();
   camera.updateMatrixWorld();
-  const {x, y} = p.boundingSphere.center.clone().applyMatrix4(components.find(({mesh}) => mesh.name === 'P').mesh.matrixWorld).project(camera), box = canvas.getBoundingClientRect();
+  const {x, y} = mesh.geometry.boundingSphere.center.clone().applyMatrix4(mesh.matrixWorld).project(camera), box = canvas.getBoundingClientRect();
   return [box.left + (x + 1) / 2 * box.width, box.top + (1 - y) / 2 * box.height];
-});
-await page.mouse.click(...at);
+}, name);
+await page.mouse.click(...await placeOf('P'));
 await until(() => takt.selected() !== null);
 const hit = await ask(() => takt.selected().name);
 assert.equal(await page.locator('#selection h2').textContent(), hit);
 assert.equal(await page.locator('wa-tree-item[selected]').last().getAttribute('data-name'), hit);
 await page.keyboard.press('z');
 await until(() => takt.eye.flight === null);
+// A jaw is its gripper: in the picture, in the tree and in the inspector.
+await page.locator('#cell').focus();
+await page.keyboard.press('3');
+await until(() => takt.eye.flight === null);
+const jaw = await ask(() => { const {grippers: [{left_jaw: left}], components} = takt.last.description; return components[left].name; });
+await page.mouse.click(...await placeOf(jaw));
+await until(() => takt.selected()?.kind === 'gripper');
+const grip = await ask(() => takt.selected().name);
+assert.equal(await page.locator('#selection h2').textContent(), grip);
+assert.equal(await page.locator('wa-tree-item[selected]').last().getAttribute('data-name'), grip);
+
+stage('the view by key');
+// Around the target at the same distance, nearer, beside, and back.
+await page.locator('#cell').focus();
+await page.keyboard.press('1');
+await until(() => takt.eye.flight === null);
+const seenFrom = () => ask(() => { const {camera: {position}, orbit: {target}} = takt.cell; return {at: position.toArray(), to: target.toArray(), far: position.distanceTo(target), high: position.z - target.z}; });
+const begin = await seenFrom();
+await page.keyboard.press('ArrowRight');
+const turned = await seenFrom();
+assert.ok(Math.abs(turned.far - begin.far) < 1e-6 && Math.abs(turned.high - begin.high) < 1e-6 && Math.hypot(turned.at[0] - begin.at[0], turned.at[1] - begin.at[1]) > 0.01, JSON.stringify([begin, turned]));
+await page.keyboard.press('ArrowUp');
+assert.ok((await seenFrom()).high > turned.high + 0.01);
+await page.keyboard.press('+');
+assert.ok(Math.abs((await seenFrom()).far / begin.far - 0.8) < 1e-6);
+await page.keyboard.press('Shift+ArrowLeft');
+const beside = await seenFrom();
+assert.ok(Math.hypot(...beside.to.map((value, i) => value - begin.to[i])) > 0.01);
+await page.keyboard.press('z');
+await until(() => takt.eye.flight === null);
+assert.ok(Math.hypot(...(await seenFrom()).to.map((value, i) => value - begin.to[i])) < 1e-6);
+// A length by key: the surface in the middle of the picture, twice, with a step to the side between; by mouse the same two.
+const length = () => page.locator('#answer').textContent().then((text) => Number(text.match(/^([\d.]+) mm/)?.[1]));
+await page.keyboard.press('4');
+await until(() => takt.eye.flight === null);
+await page.keyboard.press('f');
+await until(() => takt.eye.flight === null);
+await page.keyboard.press('m');
+assert.ok(await page.locator('#aim').isVisible());
+await page.keyboard.press('Enter');
+await page.keyboard.press('Shift+ArrowRight');
+await page.keyboard.press('Enter');
+const measured = await length();
+assert.ok(measured > 1, await page.locator('#answer').textContent());
+const centre = await page.locator('#cell').boundingBox().then(({x, y, width, height}) => [x + width / 2, y + height / 2]);
+await page.mouse.click(...centre);
+await page.locator('#cell').focus();
+await page.keyboard.press('Shift+ArrowLeft');
+await page.mouse.click(...centre);
+assert.ok(Math.abs(await length() - measured) < 0.02 * measured, `${await length()} mm by mouse, ${measured} mm by key`);
+await page.keyboard.press('m');
+assert.ok(await page.locator('#aim').isHidden());
+await page.keyboard.press('Escape');
+
+stage('the address');
+// A view that was turned is in it; one that fits the cell is not, so that another screen fits it too.
+const inAddress = (of) => of.evaluate(() => JSON.parse(decodeURIComponent(location.hash.slice(1))));
+assert.ok((await inAddress(page)).camera);
+const fresh = await visit(browser, url, {width: 1400, height: 900});
+await fresh.until(() => takt.plots.plots.length === 2 && location.hash.length > 1);
+assert.equal((await inAddress(fresh.page)).camera, undefined);
+await fresh.page.setViewportSize({width: 390, height: 844});
+await fresh.page.reload();
+await fresh.until(() => takt.last.description && takt.cell.grid && takt.eye.corners().every((corner) => { takt.cell.camera.updateMatrixWorld(); return Math.abs(corner.project(takt.cell.camera).x) <= 1; }));
+assert.deepEqual(fresh.problems, []);
+await fresh.page.context().close();
 
 stage('requests');
 // A Part is put elsewhere while the cell stands, and a gripper's signal is forced: the state on DDS has both.
 await ask(() => takt.select({kind: 'component', name: 'P'}));
 const x = Number(Object.values(takt('state').components.P.position)[0]) * 1000;
 await page.locator('#selection input').first().fill(String((x + 5).toFixed(3)));
+assert.match(await page.locator('#selection table').first().textContent(), /level of detail1/);
 await page.locator('#selection button', {hasText: 'put'}).click();
 await until((wanted) => Math.abs(takt.last.state.components[takt.last.description.components.findIndex(({name}) => name === 'P')].position.x * 1000 - wanted) < 0.01, x + 5);
 assert.ok(Math.abs(1000 * Object.values(takt('state').components.P.position)[0] - (x + 5)) < 0.01);
@@ -116,6 +183,23 @@ for (const [file, folder] of cells) {
       if (scenario === 'block_assembly') assert.ok(await seen.ask(() => document.querySelector('#topbar').offsetHeight) <= 120, `the top bar takes three lines at most at ${width}`);
       if (scenario === 'block_assembly') assert.deepEqual(await findings(seen.page), [], `axe-core at ${width}, ${colorScheme}`);
       if (process.env.TAKT_SCREENSHOT) await seen.page.screenshot({path: `${dirname(process.env.TAKT_SCREENSHOT)}/${scenario}_${width}_${colorScheme}.png`});
+    }
+    // Parts that have a temperature have its colour, with a scale; a hotter one is brighter.
+    if (width === SIZES[0][0]) {
+      const heated = await seen.ask(() => takt.cell.heat.of.size > 0);
+      assert.equal(heated, scenario === 'bev_rotor');
+      assert.equal(await seen.page.locator('#by-temperature').isVisible(), heated);
+      if (heated) {
+        await seen.page.locator('#cell').focus();
+        await seen.page.keyboard.press('k');
+        await seen.until(() => document.querySelector('#heat-scale span').textContent === '20 °C to 280 °C');
+        const bright = await seen.ask(() => ['Core1', 'Core3', 'Core4'].map((name) => { const {r, g, b} = takt.cell.components.find(({mesh}) => mesh.name === name).mesh.material.color; return r + g + b; }));
+        assert.ok(bright[0] < bright[1] && bright[1] < bright[2], String(bright));
+        await seen.ask(() => takt.select({kind: 'component', name: 'Core4'}));
+        await seen.until(() => [...document.querySelectorAll('#selection tr')].some(({textContent}) => textContent === 'temperature280.0 °C'));
+        assert.doesNotMatch(await seen.page.locator('#selection').innerText(), /-0\.0+\b/);
+        if (process.env.TAKT_SCREENSHOT) await seen.page.screenshot({path: `${dirname(process.env.TAKT_SCREENSHOT)}/${scenario}_temperature.png`});
+      }
     }
     assert.deepEqual(seen.problems, []);
     await seen.page.context().close();

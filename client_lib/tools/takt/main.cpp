@@ -81,6 +81,7 @@ int run(int argc, char** argv) {
     return become("takt-from-cad", {argv + 2, argv + argc});
   namespace numbers = takt::command_line;
   CLI::App app{"Look at a running takt cell and control it."};
+  takt::command_line::wrap_help(app);
   app.footer(kExamples);
   app.set_version_flag("--version", std::string("takt ") + takt_build_info());
   app.require_subcommand(1);

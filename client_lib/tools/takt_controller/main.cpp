@@ -10,6 +10,7 @@
 
 #include "client_lib/tools/connection_options.h"
 #include "client_lib/tools/takt_controller/session.h"
+#include "idl/command_line/commands.h"
 #include "idl/command_line/enumeration.h"
 #include "idl/command_line/numbers.h"
 #include "idl/command_line/output.h"
@@ -30,6 +31,7 @@ Exit codes: 0 the program has finished, 1 it failed or the cell went away, 2 wro
 
 int run(int argc, char** argv) {
   CLI::App app{"Run a robot program against a takt cell."};
+  takt::command_line::wrap_help(app);
   app.footer(kExamples);
   app.set_version_flag("--version", std::string("takt-controller ") + takt_build_info());
   takt::tool::SessionOptions options;

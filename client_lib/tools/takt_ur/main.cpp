@@ -10,6 +10,7 @@
 #include "client_lib/gateway/urscript/functions.h"
 #include "client_lib/tools/connection_options.h"
 #include "client_lib/tools/takt_ur/gateway_options.h"
+#include "idl/command_line/commands.h"
 #include "idl/command_line/output.h"
 
 namespace {
@@ -30,6 +31,7 @@ int run(int argc, char** argv) {
   CLI::App app{
       "Universal Robots' protocols for a robot of a takt cell: RTDE, primary interface, external control, "
       "dashboard."};
+  takt::command_line::wrap_help(app);
   app.footer(kExamples);
   app.set_version_flag("--version", std::string("takt-ur ") + takt_build_info());
   app.require_subcommand(0, 1);

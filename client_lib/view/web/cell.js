@@ -8,6 +8,7 @@ import {STLLoader} from 'three/addons/loaders/STLLoader.js';
 import {toCreasedNormals} from 'three/addons/utils/BufferGeometryUtils.js';
 import URDFLoader from 'urdf-loader';
 import {breakEdges} from './broken_edges.js';
+import {Heat} from './heat.js';
 import {ComponentType, JointType, PartState, nameOf} from './messages.js';
 
 // Words and colours of Parts, by PartState.
@@ -17,6 +18,7 @@ export const OPEN = 0x9aa7b4, CLOSED = 0xc2561a, GRIPS = 0xe08214, FORCE = 0xd62
 const LONGEST = 0.25;  // m; larger forces are drawn like this, as they would leave the picture
 const COLORS = [0x2b3cff, 0x18b8d8, 0x2fbf4a, 0xf2d21b, 0xe2231a].map((color) => new THREE.Color(color));  // of pressures
 const TINT = 0.4;      // share of the colour of a part's state in that of the part
+const HEAT = 0.85;     // the same of its temperature, which can be read off a scale
 const MOST_EDGES = 60000;  // triangles of a mesh whose edges are drawn, and that looks curved between them
 const CREASE = 0.5;        // rad; faces that meet at more have a drawn edge
 const SHADE_PERIOD = {hard: 40, soft: 1000};  // ms between two pictures of the shadows: with a graphics card, and drawn by the processor
@@ -69,7 +71,7 @@ class Arrow extends THREE.Group {
 export class Cell {
   constructor(canvas) {
     this.canvas = canvas;
-    this.options = {byState: true, forces: true, contacts: true, holding: true, edges: true, frames: false, metresPerNewton: 0.03, follow: ''};
+    this.options = {byState: true, byTemperature: false, forces: true, contacts: true, holding: true, edges: true, frames: false, metresPerNewton: 0.03, follow: ''};
     THREE.Object3D.DEFAULT_UP.set(0, 0, 1);
     this.renderer = new THREE.WebGLRenderer({canvas, antialias: true, preserveDrawingBuffer: true});
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
@@ -90,6 +92,7 @@ export class Cell {
     this.scene.add(this.world, this.marks);
     this.components = [];
     this.robots = [];
+    this.heat = new Heat();
     this.dirty = true;
     this.draw = this.draw.bind(this);
     requestAnimationFrame(this.draw);
@@ -155,7 +158,7 @@ export class Cell {
     this.mark?.removeFromParent();
     this.mark?.geometry.dispose();
     this.mark = null;
-    this.chosen = chosen && this.world.children.find(({userData: {chosen: is}}) => is?.kind === chosen.kind && is.name === chosen.name) || null;
+    this.chosen = chosen && this.world.children.find(({name, userData: {chosen: is}}) => (chosen.kind === 'component' ? name === chosen.name : is?.kind === chosen.kind && is.name === chosen.name)) || null;
     if (chosen?.kind === 'gripper') this.chosen = this.components[this.grippers.find(({name}) => name === chosen.name)?.palm]?.mesh ?? null;
     if (this.chosen) this.scene.add(this.mark = new THREE.BoxHelper(this.chosen, 0x1f8fff));
     this.dirty = true;
@@ -175,7 +178,9 @@ export class Cell {
     this.world.clear();
     this.marks.clear();
     this.description = description;
-    this.components = description.components.map((component) => {
+    this.heat.describe(description);
+    const grips = new Map(description.grippers.flatMap(({name, palm, left_jaw: left, right_jaw: right}) => [palm, left, right].map((i) => [i, name])));
+    this.components = description.components.map((component, index) => {
       const geometry = new THREE.BufferGeometry();
       geometry.setAttribute('position', new THREE.BufferAttribute(Float32Array.from(component.vertices), 3));
       geometry.setIndex(new THREE.BufferAttribute(Uint32Array.from(component.triangles), 1));
@@ -185,7 +190,7 @@ export class Cell {
       const own = new THREE.Color().setRGB(r, g, b, THREE.SRGBColorSpace);
       const mesh = new THREE.Mesh(drawn, new THREE.MeshStandardMaterial({color: own, roughness: 0.6, metalness: 0.1, side: THREE.DoubleSide}));
       mesh.name = component.name;
-      mesh.userData.chosen = {kind: 'component', name: component.name};
+      mesh.userData.chosen = grips.has(index) ? {kind: 'gripper', name: grips.get(index)} : {kind: 'component', name: component.name};
       mesh.castShadow = mesh.receiveShadow = true;
       let edges = null;
       if (component.triangles.length / 3 <= MOST_EDGES) {
@@ -295,6 +300,7 @@ export class Cell {
     if (!this.description || state.components.length !== this.components.length) return;
     const {options} = this;
     const along = new THREE.Vector3();
+    this.heat.take(state);
     state.components.forEach((sample, i) => {
       const component = this.components[i];
       const {position: p, orientation: q, force: f} = sample;
@@ -309,7 +315,9 @@ export class Cell {
       }
       const tint = options.byState ? STATE_COLORS[sample.state] : undefined;
       component.mesh.material.color.copy(component.own);
-      if (tint !== undefined) component.mesh.material.color.lerp(STATE.set(tint), TINT);
+      const heat = options.byTemperature ? this.heat.at(state, i) : null;
+      if (heat !== null) component.mesh.material.color.lerp(this.heat.color(heat, STATE), HEAT);
+      else if (tint !== undefined) component.mesh.material.color.lerp(STATE.set(tint), TINT);
       component.arrow.userData.says = () => `force on ${component.mesh.name}: ${Math.hypot(f.x, f.y, f.z).toPrecision(4)} N`;
       component.arrow.set(component.mesh.position, along.set(f.x, f.y, f.z).multiplyScalar(options.forces && component.type === ComponentType.part ? options.metresPerNewton : 0));
       const holder = options.holding && sample.partner >= 0 ? state.components[sample.partner].position : null;

@@ -13,7 +13,7 @@ export function counted(answer, say) {
   const begun = performance.now(), timer = setInterval(() => say(`The server is at work: ${Math.round((performance.now() - begun) / 1000)} s`), 1000);
   return answer.finally(() => clearInterval(timer));
 }
-export const three = ({x, y, z}, factor, digits) => [x, y, z].map((value) => (factor * value).toFixed(digits)).join('  ');
+export const three = ({x, y, z}, factor, digits) => [x, y, z].map((value) => (factor * value).toFixed(digits).replace(/^-(0\.?0*)$/, '$1')).join('  ');  // no -0.00
 // Roll, pitch and yaw of a quaternion in degrees.
 export function angles({x, y, z, w}) {
   const deg = 180 / Math.PI;

@@ -97,6 +97,37 @@ export class Eye {
     cell.dirty = true;
   }
 
+  // One step of a key: around the target by 5 degrees, or along the picture by a twentieth of its height.
+  turn(key, along) {
+    const {cell} = this, {camera, orbit} = cell, side = {ArrowLeft: -1, ArrowRight: 1}[key] ?? 0, up = {ArrowDown: -1, ArrowUp: 1}[key] ?? 0, from = camera.position.clone().sub(orbit.target);
+    this.flight = null;
+    this.note();
+    if (along) {
+      const step = new THREE.Vector3(side, up, 0).multiplyScalar(0.1 * from.length() * Math.tan(THREE.MathUtils.degToRad(this.deep.fov / 2))).applyQuaternion(camera.quaternion);
+      camera.position.add(step);
+      orbit.target.add(step);
+    } else {
+      const at = new THREE.Spherical().setFromVector3(new THREE.Vector3(from.x, from.z, -from.y)), step = THREE.MathUtils.degToRad(5);
+      Object.assign(at, {theta: at.theta + side * step, phi: Math.min(Math.max(at.phi - up * step, 0.01), Math.PI - 0.01)});
+      const {x, y, z} = new THREE.Vector3().setFromSpherical(at);
+      camera.position.copy(orbit.target).add(from.set(x, -z, y));
+    }
+    this.moved();
+  }
+  near(factor) {
+    const {camera, orbit} = this.cell;
+    this.flight = null;
+    this.note();
+    camera.position.sub(orbit.target).multiplyScalar(factor).add(orbit.target);
+    this.moved();
+  }
+  moved() {
+    this.cell.orbit.update();
+    this.cell.orbit.dispatchEvent({type: 'end'});
+    this.cell.dirty = true;
+  }
+  middle() { return {offsetX: this.cell.canvas.clientWidth / 2, offsetY: this.cell.canvas.clientHeight / 2}; }
+
   // The views before this one, for the way back.
   note() {
     this.past.push({position: this.cell.camera.position.clone(), target: this.cell.orbit.target.clone()});

@@ -66,6 +66,12 @@ export class Inspector {
       this.row('mass', () => `${Number(of.mass.toPrecision(4))} kg`);
       this.row('hierarchy', () => of.hierarchy);
     }
+    this.level();
+    const heat = (this.description.devices ?? []).findIndex(({name, type}) => type === 'heat' && name === `${of.name}_heat`);
+    if (heat >= 0) {
+      const at = this.description.devices[heat].signals.findIndex((signal) => signal.name === 'temperature');
+      this.row('temperature', () => `${this.state.devices[heat].signals[at].toFixed(1)} °C`);
+    }
     this.row('position', () => `${three(now().position, 1000, 2)} mm`);
     this.row('roll pitch yaw', () => `${three(angles(now().orientation), 1, 2)}°`);
     this.row('velocity', () => `${three(now().linear_velocity, 1000, 1)} mm/s`);
@@ -90,6 +96,11 @@ export class Inspector {
     this.controls.push({made: button, free: () => ''});
     this.actions(button);
     place.append(text);
+  }
+
+  // The level of detail: of the cell, or of each process that it is simulated in.
+  level() {
+    this.row('level of detail', () => (this.status?.processes ?? []).map(({name, level_of_detail: level}, i, {length}) => (length > 1 ? `${name} ${level}` : level)).join(', '));
   }
 
   robot(of) { robotPendant(this, of); }

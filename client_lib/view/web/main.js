@@ -8,6 +8,7 @@ import {Link} from './link.js';
 import {Lower} from './lower.js';
 import {Menu} from './menu.js';
 import {Mover} from './mover.js';
+import {gradient} from './heat.js';
 import {isProgram} from './programs.js';
 import {SceneTree} from './scene_tree.js';
 import {frame, keyboard} from './shell.js';
@@ -40,7 +41,7 @@ frame((dark) => { cell.paint(dark); lower.repaint(); });
 // The view in the address, else the default view.
 const asked = (() => { try { return JSON.parse(decodeURIComponent(location.hash.slice(1)) || '{}'); } catch { return {}; } })();
 cell.setView(asked);
-for (const [id, name, factor] of [['by-state', 'byState'], ['forces', 'forces'], ['contacts', 'contacts'], ['holding', 'holding'], ['edges', 'edges'], ['frames', 'frames'], ['scale', 'metresPerNewton', 1000]]) {
+for (const [id, name, factor] of [['by-state', 'byState'], ['by-temperature', 'byTemperature'], ['forces', 'forces'], ['contacts', 'contacts'], ['holding', 'holding'], ['edges', 'edges'], ['frames', 'frames'], ['scale', 'metresPerNewton', 1000]]) {
   const value = asked.options?.[name];
   if (typeof value !== (factor ? 'number' : 'boolean')) continue;
   cell.options[name] = value;
@@ -97,6 +98,7 @@ const takes = {
     if (playback && identityOf(description) === identityOf(signals.description)) return;  // it comes again at each place of a recording
     lower.describe(description, asked.plots);
     cell.describe(description);
+    $('heated').hidden = !cell.heat.of.size;
     tree.describe(description);
     const names = description.components.map(({name}) => name);
     $('follow').replaceChildren(new Option('nothing', ''), ...names.map((name) => new Option(name)));
@@ -215,6 +217,15 @@ function graph() {
   $('graph').replaceChildren(...drawing);
 }
 
+// The scale of the temperatures, while they are shown.
+function heatScale() {
+  const {heat, options} = cell, scale = $('heat-scale'), shown = options.byTemperature && heat.of.size > 0;
+  if (scale.hidden === shown) scale.hidden = !shown;
+  if (!shown) return;
+  const text = heat.ends.map((value) => `${value.toFixed(0)} °C`).join(' to ');
+  if (scale.lastChild.textContent !== text) scale.lastChild.textContent = text;
+}
+
 function draw() {
   requestAnimationFrame(draw);
   if (drawn.status || drawn.state) {
@@ -224,6 +235,7 @@ function draw() {
     if (last.state) $('clock').textContent = `${lower.state.time.toFixed(3)} s`;
     inspector.update(lower.state, last.status);
     handles();
+    heatScale();
   }
   if (drawn.graph) graph();
   lower.draw();
@@ -277,6 +289,7 @@ $('pressure').onchange = () => {
 
 const option = (id, name, value) => { $(id).onchange = () => { cell.options[name] = value($(id)); if (last.state) lookAt(); cell.setEdges(cell.options.edges); cell.setFrames(cell.options.frames); remember(); }; };
 option('by-state', 'byState', (box) => box.checked);
+option('by-temperature', 'byTemperature', (box) => box.checked);
 option('forces', 'forces', (box) => box.checked);
 option('contacts', 'contacts', (box) => box.checked);
 option('holding', 'holding', (box) => box.checked);
@@ -288,9 +301,9 @@ const section = () => { $('cut').hidden = !$('section').value; cell.setSection($
 $('section').onchange = $('cut').oninput = section;
 if (asked.section) { $('section').value = asked.section; $('cut').value = asked.cut; section(); }
 
-// The address says what one looks at, so that it can be passed on.
+// The address says what one looks at, so that it can be passed on. Any other view fits the cell on any screen.
 function remember() {
-  const view = {...cell.view(), plots: plots.names()};
+  const {camera, target, ...rest} = cell.view(), view = {...(asked.camera || eye.past.length ? {camera, target} : {}), ...rest, plots: plots.names()};
   history.replaceState(null, '', `#${encodeURIComponent(JSON.stringify(view))}`);
 }
 cell.orbit.addEventListener('end', remember);
@@ -308,6 +321,7 @@ const mark = (color, name, kind = '') => inside('span', make('i', '', {class: ki
 const line = (...children) => inside('div', ...children);
 $('legend').replaceChildren(line('parts', ...Object.entries(STATES).map(([state, name]) => mark(STATE_COLORS[state], name))), line('grippers', mark(OPEN, 'open'), mark(CLOSED, 'commanded to close'), mark(GRIPS, 'on a part')),
   line('marks', mark(FORCE, 'force on a part', 'line'), mark(CONTACT, 'contact', 'line'), mark(HOLDS, 'holding relation', 'line')));
+$('heat-scale').firstChild.style.background = gradient;
 
 // --- what is looked at, and what is selected ------------------------------------------------------------------------
 let chosen = null, wanted = null, fitted = Boolean(asked.camera), generation = null, provisional = false;
@@ -387,15 +401,18 @@ $('fit').onclick = () => eye.fit(null, cell.chosen);
 $('back').onclick = () => eye.back();
 const toggle = (id, changed) => { $(id).onclick = () => { const now = $(id).getAttribute('aria-pressed') !== 'true'; $(id).setAttribute('aria-pressed', String(now)); changed(now); }; };
 toggle('orthographic', (now) => eye.orthographic(now));
-toggle('measure', (now) => { ruler.clear(); tell(now ? 'Measure: click two points.' : ''); });
+toggle('measure', (now) => { ruler.clear(); $('aim').hidden = !now; tell(now ? 'Measure: click two points, or press Enter for the one in the middle.' : ''); });
 let pressedAt = null;
 $('cell').addEventListener('pointerdown', (event) => { pressedAt = [event.clientX, event.clientY]; $('hint').hidden = true; });
 $('cell').addEventListener('pointerup', (event) => {
   if (!pressedAt || event.button !== 0 || Math.hypot(event.clientX - pressedAt[0], event.clientY - pressedAt[1]) > 4) return;
   if (mover.over) return;  // a handle was meant
   const hit = eye.pick(event);
-  if ($('measure').getAttribute('aria-pressed') === 'true') { if (hit) tell(ruler.take(hit)); } else select(hit?.chosen ?? null);
+  if (measuring()) take(hit); else select(hit?.chosen ?? null);
 });
+const measuring = () => $('measure').getAttribute('aria-pressed') === 'true';
+const take = (hit) => tell(hit ? ruler.take(hit) : 'There is no surface at that point.');
+const inView = () => document.activeElement === $('cell') && !mover.handles.object;
 let hovered = 0;
 $('cell').addEventListener('pointermove', (event) => {
   if (event.buttons || performance.now() - hovered < 100) return;
@@ -412,6 +429,9 @@ keyboard([
   ['o', 'orthographic or perspective', press('orthographic')], ['z', 'previous view', press('back')], ['m', 'measure between two points', press('measure')], ['g', 'move the selected Part', press('move')], ['h', 'turn the selected Part', press('turn')],
   [Object.keys(STEPS), 'move it by 1 mm or 1°, with Shift by ten', nudge, () => moving && mover.handles.object], ['n', 'scenario, snapshots, recording', press('menu')], ['y', 'scenario file in the editor', press('edit')], ['p', 'programs of the robots', press('read-program')], ['Escape', 'select nothing', () => select(null)],
   ['c', 'colour by state', press('by-state')], ['e', 'edges', press('edges')], ['a', 'frames (axes)', press('frames')], ['/', 'find a component', () => { if (document.body.classList.contains('no-tree')) $('fold-tree').click(); $('find').focus(); }],
+  ['k', 'colour by temperature', () => { if (!$('heated').hidden) $('by-temperature').click(); }],
+  ['Enter', 'measure: take the point in the middle', () => take(eye.pick(eye.middle())), () => document.activeElement === $('cell') && measuring()],
+  [['ArrowLeft', 'ArrowRight', 'ArrowUp', 'ArrowDown'], 'turn the view, with Shift move it', ({key, shiftKey}) => eye.turn(key, shiftKey), inView], [['+', '-'], 'nearer, farther', ({key}) => eye.near(key === '-' ? 1.25 : 0.8), inView],
   ['t', 'scene tree', press('fold-tree')], ['i', 'inspector', press('fold-inspector')], ['b', 'timeline and curves', press('fold-bottom')], ['d', 'light or dark theme', press('theme')], ['l', 'live again, out of the history', press('live')], ['?', 'this list', press('help')],
 ]);
 

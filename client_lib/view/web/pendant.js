@@ -48,6 +48,7 @@ export function robotPendant(inspector, of) {
   const {place} = inspector;
   inspector.table();
   inspector.row('commanded by', () => inspector.status?.owners?.find(({target}) => target === of.name)?.sender || 'no sender');
+  inspector.level();
   // --- joints ---
   place.append(make('h3', 'Joints'));
   const units = of.joints.map(unitOf), turns = units.some(({unit}) => unit === '°'), slides = units.some(({unit}) => unit === 'mm');

@@ -65,7 +65,8 @@ export function keyboard(keys) {
     const at = event.target;
     if (at.matches?.('select, textarea, input:not([type=checkbox]):not([type=range]), [contenteditable=true]') || at.closest?.('.cm-editor')) return;
     if (event.key === ' ' && at.matches?.('button, input, summary, wa-tree-item')) return;  // the space bar presses what has the focus
-    const found = keys.find(([key, , , when]) => [key].flat().includes(event.key) && (when?.() ?? true));
+    const pressed = event.key === '=' ? '+' : event.key;  // one key on many keyboards
+    const found = keys.find(([key, , , when]) => [key].flat().includes(pressed) && (!when || when()));
     if (!found) return;
     event.preventDefault();
     found[2](event);

@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "idl/command_line/commands.h"
 #include "idl/command_line/numbers.h"
 #include "idl/common/text.h"
 #include "server/cad/step_reader.h"
@@ -269,6 +270,7 @@ int main_of(int argc, char** argv) {
   CLI::App app{
       "Makes a cell from a STEP or glTF file: parts, meshes, contacts, hierarchy, order of disassembly, "
       "scenario."};
+  takt::command_line::wrap_help(app);
   app.name("takt-from-cad");
   app.set_version_flag("--version", std::string(TAKT_VERSION));
   Arguments a;

@@ -28,6 +28,7 @@ arguments or scenario, unusable mesh or damaged log; 3 the run reached its end a
 int run(int argc, char** argv) {
   namespace tool = takt::tool;
   CLI::App app{"Simulate scenarios headless in one process, compare and vary them.", "takt-run"};
+  takt::command_line::wrap_help(app);
   app.set_version_flag("--version", std::string("takt-run ") + takt_build_info());
   app.require_subcommand(1);
   int result = tool::kDone;

@@ -1,0 +1,37 @@
+// Temperatures of Parts: the signals that have them, and their colours from the coldest to the hottest one of the scenario.
+import * as THREE from 'three';
+
+const COLORS = [0x2b4aa0, 0x8147a8, 0xcf4468, 0xf58a35, 0xfbe45c].map((color) => new THREE.Color(color));
+const LEAST_K = 10;  // of the scale
+
+export class Heat {
+  constructor() { Object.assign(this, {of: new Map(), low: 0, high: LEAST_K}); }
+
+  describe({components, devices = []}) {
+    const heated = new Map(devices.map(({name, type, signals}, device) => [name, {device, signal: type === 'heat' ? signals.findIndex((one) => one.name === 'temperature') : -1}]));
+    this.of = new Map(components.map(({name}, i) => [i, heated.get(`${name}_heat`)]).filter(([, at]) => at?.signal >= 0));
+    Object.assign(this, {low: Infinity, high: -Infinity});
+  }
+
+  // degC; null: this component has none.
+  at(state, component) {
+    const at = this.of.get(component);
+    return at ? state.devices[at.device]?.signals[at.signal] ?? null : null;
+  }
+
+  take(state) {
+    for (const component of this.of.keys()) {
+      const value = this.at(state, component);
+      if (value !== null) Object.assign(this, {low: Math.min(this.low, value), high: Math.max(this.high, value)});
+    }
+  }
+
+  get ends() { return [this.low, Math.max(this.high, this.low + LEAST_K)]; }
+
+  color(value, color = new THREE.Color()) {
+    const [low, high] = this.ends, at = Math.min(Math.max((value - low) / (high - low), 0), 1) * (COLORS.length - 1), i = Math.min(Math.floor(at), COLORS.length - 2);
+    return color.copy(COLORS[i]).lerp(COLORS[i + 1], at - i);
+  }
+}
+
+export const gradient = `linear-gradient(90deg,${COLORS.map((color) => `#${color.getHexString()}`).join()})`;
