@@ -36,6 +36,7 @@
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <sstream>
 #include <string_view>
 
 #include "idl/common/text.h"
@@ -160,7 +161,11 @@ class StepFile::Reader {
     reader.SetColorMode(true);
     reader.SetNameMode(true);
     reader.SetMatMode(true);
-    const IFSelect_ReturnStatus status = reader.ReadFile(file_.c_str());
+    const std::string encoded = with_encoded_apostrophes(text);
+    std::istringstream in_memory(encoded);
+    const IFSelect_ReturnStatus status = encoded.empty()
+                                             ? reader.ReadFile(file_.c_str())
+                                             : reader.ChangeReader().ReadStream(file_.c_str(), in_memory);
     if (status != IFSelect_RetDone)
       fail(file_,
            "it cannot be read as STEP: its entities are damaged, or not those of AP203, AP214 or AP242");

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <iterator>
+#include <utility>
 
 #include "idl/common/text.h"
 
@@ -23,9 +24,10 @@ struct Entities {
 };
 
 struct Damage {
-  Entities missing;     ///< which the file refers to and does not define
-  bool is_cut = false;  ///< the last entity has no end
-  Entities unused;      ///< points, curves, faces and solids which no other entity refers to
+  Entities missing;         ///< which the file refers to and does not define
+  bool is_cut = false;      ///< the last entity has no end
+  Entities unused;          ///< products, solids and what bounds them which no other entity refers to
+  std::string unused_type;  ///< of the first
 };
 
 std::size_t past_blanks(std::string_view text, std::size_t at) {
@@ -33,11 +35,8 @@ std::size_t past_blanks(std::string_view text, std::size_t at) {
 }
 
 Damage find_damage(std::string_view text) {
-  // Beginnings of what no whole file leaves alone.
-  constexpr std::array<std::string_view, 14> kShapes{"CARTESIAN_POINT(",
-                                                     "DIRECTION(",
-                                                     "AXIS2_PLACEMENT_3D(",
-                                                     "VERTEX_POINT(",
+  // Beginnings of what no whole file leaves alone. Points, directions and placements without a use are usual.
+  constexpr std::array<std::string_view, 11> kShapes{"VERTEX_POINT(",
                                                      "EDGE_CURVE(",
                                                      "EDGE_LOOP(",
                                                      "ADVANCED_FACE(",
@@ -49,6 +48,7 @@ Damage find_damage(std::string_view text) {
                                                      "PRODUCT_DEFINITION_FORMATION",
                                                      "PRODUCT_DEFINITION_SHAPE("};
   std::vector<std::uint64_t> defined, referred, shapes;
+  std::vector<std::pair<std::uint64_t, std::string_view>> types;  // of shapes
   for (std::size_t i = 0; i < text.size(); ++i) {
     if (text[i] == '\'') {  // a string; a quote in it is doubled
       i = std::min(text.find('\'', i + 1), text.size());
@@ -71,8 +71,10 @@ Damage find_damage(std::string_view text) {
     defined.push_back(number);
     const std::string_view type = text.substr(past_blanks(text, next + 1));
     if (std::any_of(kShapes.begin(), kShapes.end(),
-                    [&](std::string_view shape) { return type.starts_with(shape); }))
+                    [&](std::string_view shape) { return type.starts_with(shape); })) {
       shapes.push_back(number);
+      types.emplace_back(number, type.substr(0, type.find('(')));
+    }
   }
   for (auto* numbers : {&defined, &referred, &shapes}) {
     std::sort(numbers->begin(), numbers->end());
@@ -86,7 +88,10 @@ Damage find_damage(std::string_view text) {
   const std::size_t end = text.rfind("ENDSEC;");
   const std::size_t last = end == text.npos ? text.npos : text.find_last_not_of(" \t\r\n", end - 1);
   const bool is_cut = last != text.npos && text[last] != ';' && text[last] != '/';  // or the end of a comment
-  return {without(referred, defined), is_cut, without(shapes, referred)};
+  const Entities unused = without(shapes, referred);
+  const auto first =
+      std::find_if(types.begin(), types.end(), [&](const auto& one) { return one.first == unused.first; });
+  return {without(referred, defined), is_cut, unused, std::string(first == types.end() ? "" : first->second)};
 }
 
 /// The beginning of an entity's parameter of this number (from 0), whose first one begins at `at`.
@@ -127,6 +132,25 @@ std::string unread_tessellation(std::string_view text) {
          "(AP242 with B-rep, AP214), or the triangles as GLB";
 }
 
+std::string with_encoded_apostrophes(std::string_view text) {
+  std::string encoded;
+  std::size_t copied = 0;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text.substr(i, 2) == "/*") i = std::min(text.find("*/", i + 2), text.size());
+    if (i >= text.size() || text[i] != '\'') continue;
+    std::size_t end = text.find('\'', i + 1);
+    for (; end != text.npos && text.substr(end, 2) == "''"; end = text.find('\'', end + 2)) {
+      encoded.append(text, copied, end - copied).append("\\X\\27");
+      copied = end + 2;
+    }
+    if (end == text.npos) return {};
+    const std::size_t next = past_blanks(text, end + 1);
+    if (next < text.size() && text[next] != ',' && text[next] != ')' && text[next] != '/') return {};
+    i = end;
+  }
+  return copied == 0 ? std::string() : encoded.append(text, copied);
+}
+
 std::vector<std::string> damage_of_step_text(std::string_view text) {
   std::vector<std::string> notes;
   const Damage damage = find_damage(text);
@@ -139,8 +163,9 @@ std::vector<std::string> damage_of_step_text(std::string_view text) {
         "the last entity of the file is incomplete: the file was cut off, and parts may be missing");
   if (damage.unused.count > 0)
     notes.push_back("the file contains " + std::to_string(damage.unused.count) +
-                    " products or shapes that nothing uses, first #" + std::to_string(damage.unused.first) +
-                    ": parts may be missing");
+                    " products, solids or parts of them that nothing uses, first #" +
+                    std::to_string(damage.unused.first) + " (" + damage.unused_type +
+                    "): what refers to them is not in the file, and parts may be missing");
   return notes;
 }
 

@@ -13,4 +13,8 @@ std::vector<std::string> damage_of_step_text(std::string_view text);
 /// exact faces), which OpenCASCADE 7.6 does not read. Empty: there are none.
 std::string unread_tessellation(std::string_view text);
 
+/// The text with doubled apostrophes within strings written \X\27, which means the same: OpenCASCADE 7.6 ends a string
+/// at an apostrophe that a comma or `)` follows, and loses the entity. Empty: there are none, or a string has no end.
+std::string with_encoded_apostrophes(std::string_view text);
+
 }  // namespace takt::cad

@@ -120,7 +120,15 @@ class Writer {
  private:
   void write_bodies() {
     std::set<std::string> taken;
-    for (const Body& body : product_.bodies) {
+    std::set<std::size_t> used;
+    for (const Instance& instance : product_.instances) used.insert(instance.body);
+    for (std::size_t b = 0; b < product_.bodies.size(); ++b) {
+      const Body& body = product_.bodies[b];
+      if (!used.contains(b)) {
+        files_.emplace_back();
+        choices_.emplace_back();
+        continue;
+      }
       const std::string stem = key_of(body.name);
       std::string name = stem;
       for (int i = 2; !taken.insert(name).second; ++i) name = stem + "_" + std::to_string(i);

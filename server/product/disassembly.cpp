@@ -70,8 +70,8 @@ class Planner {
       if (!step) step = next(group, base, true);
       if (!step) {
         result_.stuck.emplace_back(group.begin(), group.end());
-        for (const std::size_t i : group)
-          if (i != base) result_.order.push_back(i);
+        const std::vector<std::size_t> inwards = from_outside(group, base);
+        result_.order.insert(result_.order.end(), inwards.begin(), inwards.end());
         return;
       }
       std::set<std::size_t> leaving(step->parts.begin(), step->parts.end());
@@ -85,6 +85,19 @@ class Planner {
         result_.order.push_back(*leaving.begin());
       }
     }
+  }
+
+  /// The group but for the base, those with the most parts between them and the base first: each touches one that
+  /// follows, or the base.
+  std::vector<std::size_t> from_outside(const std::set<std::size_t>& group, std::size_t base) const {
+    std::vector<std::size_t> outwards{base};
+    std::set<std::size_t> waiting = group;
+    waiting.erase(base);
+    for (std::size_t k = 0; k < outwards.size(); ++k)
+      for (const std::size_t i : neighbours_[outwards[k]])
+        if (waiting.erase(i) > 0) outwards.push_back(i);
+    outwards.insert(outwards.end(), waiting.begin(), waiting.end());  // without a path to the base
+    return {outwards.rbegin(), outwards.rend() - 1};
   }
 
   /// What leaves along `d` if `first` does: those that block it leave as well, and those that it alone joins to the base

@@ -3,9 +3,11 @@
 
 #include <gmock/gmock.h>
 
+#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <string>
+#include <utility>
 
 #include "server/cad/step_reader.h"
 #include "tests/cad/step_files.h"
@@ -67,6 +69,47 @@ TEST(StepText, SolidsOfTrianglesAloneAreReported) {
     EXPECT_THAT(error.what(), AllOf(HasSubstr("triangles.step: found no solid; "),
                                     HasSubstr("1 solid of it is given as triangles alone")));
   }
+}
+
+TEST(StepText, UnusedBoundariesAreReportedWithTheirTypeAndUnusedPlacementsNot) {
+  const std::string used = "DATA;\n#1=PRODUCT('a','',(#2));\n#2=PRODUCT_CONTEXT('',#1,'');\n";
+  const std::string place =
+      "#3=CARTESIAN_POINT('',(0.,0.,0.));\n#4=DIRECTION('',(1.,0.,0.));\n#5=AXIS2_PLACEMENT_3D('',#3,#4,$);"
+      "\n";
+  EXPECT_THAT(damage_of_step_text(used + place + "ENDSEC;"), testing::IsEmpty());
+  EXPECT_THAT(damage_of_step_text(used + place + "#7= EDGE_LOOP ('',(#1));\n#6=EDGE_LOOP('',(#5));\nENDSEC;"),
+              testing::ElementsAre(
+                  AllOf(StartsWith("the file contains 1 products"), HasSubstr("first #6 (EDGE_LOOP): "))));
+}
+
+TEST(StepText, ApostrophesWithinStringsAreEncoded) {
+  EXPECT_EQ(with_encoded_apostrophes("#1=PRODUCT('a','',(#2));"), "");
+  EXPECT_EQ(with_encoded_apostrophes("#1=A('5'')','','''a''''b''' ,'c'' , d');"),
+            "#1=A('5\\X\\27)','','\\X\\27a\\X\\27\\X\\27b\\X\\27' ,'c\\X\\27 , d');");
+  EXPECT_EQ(with_encoded_apostrophes("/* it's */ #1=A('''');"), "/* it's */ #1=A('\\X\\27');");
+  // A string without an end would turn all later ones inside out.
+  for (const char* damaged : {"#1=A('a,'');\n#2=B('b','');", "#1=A('''", "#1=A('b''"})
+    EXPECT_EQ(with_encoded_apostrophes(damaged), "") << damaged;
+}
+
+TEST(StepText, NamesWithApostrophesBeforeCommasAndBracketsAreRead) {
+  const test::TemporaryDirectory directory;
+  test::StepProduct made("Pair");
+  made.use(made.root(), made.part("First", test::box(10, 20, 30)), "First");
+  made.use(made.root(), made.part("Second", test::box(10, 20, 40)), "Second");
+  made.write(directory / "pair.step");
+  std::ifstream in(directory / "pair.step");
+  std::string text((std::istreambuf_iterator<char>(in)), {});
+  for (const auto& [name, other] :
+       {std::pair("'First'", "'Nut (6'')'"), std::pair("'Second'", "'5'', long'")})
+    for (std::size_t at = text.find(name); at != text.npos; at = text.find(name, at + std::strlen(other)))
+      text.replace(at, std::strlen(name), other);
+  std::ofstream(directory / "feet.step") << text;
+  const product::Product product = read_step(directory / "feet.step");
+  ASSERT_EQ(product.instances.size(), 2U);
+  EXPECT_EQ(product.instances[0].path, "Pair/Nut (6')");
+  EXPECT_EQ(product.instances[1].path, "Pair/5', long");
+  EXPECT_THAT(product.notes, testing::IsEmpty());
 }
 
 }  // namespace

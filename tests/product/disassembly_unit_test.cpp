@@ -42,6 +42,28 @@ Product bolted() {
                      {plate_with_hole("Nut", 0.017, 0.008, 0.005), {0, 0, 0.016}}});
 }
 
+TEST(DisassemblyOrder, WhatNoMotionPartsIsHeldByItsNeighboursToo) {
+  // Boxes within each other from the base to the end, which the file names second.
+  Product product = product_of({{box_body("Middle", {0.06, 0.02, 0.02}), {0.07, 0, 0.05}},
+                                {box_body("End", {0.06, 0.03, 0.03}), {0.11, 0, 0.05}},
+                                {box_body("Base", {0.1, 0.1, 0.1}), {0, 0, 0.05}}});
+  const auto touch = [](std::size_t first, std::size_t second) {
+    Contact contact;
+    contact.first = first, contact.second = second;
+    contact.area_m2 = 1e-4;
+    contact.normals_W = {Vec3::UnitX()};
+    return contact;
+  };
+  product.contacts = {touch(0, 1), touch(0, 2)};
+  const Disassembly plan = take_apart(product);
+  ASSERT_EQ(plan.stuck.size(), 1U);
+  EXPECT_EQ(plan.stuck[0].size(), 3U);
+  EXPECT_THAT(names(product, plan.order), ElementsAre("End", "Middle", "Base"));
+  const Hierarchy numbers = hierarchy(product, plan);
+  EXPECT_THAT(numbers.numbers, ElementsAre(2, 1, 3));
+  EXPECT_TRUE(numbers.floating.empty());
+}
+
 TEST(DisassemblyOrder, FastenersLeaveFirst) {
   Product product = bolted();
   const Disassembly plan = plan_of(product);

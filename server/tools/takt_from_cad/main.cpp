@@ -18,6 +18,7 @@
 #include "server/product/cell_writer.h"
 #include "server/product/contacts.h"
 #include "server/product/disassembly.h"
+#include "server/product/duplicates.h"
 #include "server/product/exploded_view.h"
 #include "server/product/fine_faces.h"
 #include "server/product/glb_assembly.h"
@@ -212,6 +213,7 @@ int run(const Arguments& a) {
   product::Product product = read(a, step_file);
   orient(product, a.up, a.scale);
   note_size(product);
+  product::leave_out_duplicates(product);
   if (a.list) {
     if (a.json)
       std::cout << description(product, nullptr, nullptr).dump(2) << '\n';
