@@ -203,6 +203,11 @@ class DashboardPeer final : public DashboardRobot {
   bool pause() override { return false; }
   bool stop() override { return true; }
   void log(const std::string& text) override { logged = text; }
+  std::optional<std::string> write_report(std::string& reason) override {
+    reason = "no directory";
+    return report;
+  }
+  std::optional<std::string> report{};
 };
 
 TEST(Dashboard, RepliesAreThoseOfTheServer) {
@@ -219,6 +224,10 @@ TEST(Dashboard, RepliesAreThoseOfTheServer) {
   EXPECT_EQ(ask("robotmode"), "Robotmode: IDLE");
   EXPECT_EQ(ask("brake release"), "Brake releasing");
   EXPECT_EQ(ask("play"), "Failed to execute: play");
+  EXPECT_EQ(ask("generate flight report controller"), "Error: no directory");
+  robot.report = "reports/Robot1_1.txt";
+  EXPECT_EQ(ask("generate flight report"), "Flight Report generated with id: reports/Robot1_1.txt");
+  EXPECT_EQ(ask("generate support file /etc"), "Completed successfully: reports/Robot1_1.txt");
   EXPECT_EQ(ask("load unknown.urp"), "File not found: unknown.urp");
   EXPECT_EQ(ask("load known.urp"), "Loading program: known.urp");
   EXPECT_EQ(ask("get loaded program"), "Loaded program: known.urp");

@@ -289,14 +289,29 @@ TEST(UrscriptLanguage, ExpressionsGoOnWhereAValueIsMissing) {
   EXPECT_EQ(error("def t():\n x =\nend\n"), "3:1 syntax_error: a value is expected, found 'end'");
 }
 
-TEST(UrscriptLanguage, ARemoteProcedureEndsTheProgramWhereItIsCalled) {
-  EXPECT_EQ(run_script(program(" grip = rpc_factory(\"xmlrpc\", \"http://127.0.0.1:41414\")\n def close():\n "
-                               " grip.close(1)\n end\n"
-                               " textmsg(\"never called\")")),
-            Lines{"never called"});
-  EXPECT_EQ(error("def t():\n g = rpc_factory(\"xmlrpc\", \"http://x\")\n sync()\n g.close(1)\nend\n"),
-            "4:2 type_error: a struct has no method close; remote procedures have no counterpart in takt, "
-            "sockets are allowed");
+TEST(UrscriptLanguage, ARemoteProcedureIsCalledWithItsNameAndArguments) {
+  RecordingHost host;
+  host.answers["HANDLE.PROCEDURE"] = 42;
+  EXPECT_EQ(
+      run_script(program(" grip = rpc_factory(\"xmlrpc\", \"http://127.0.0.1:41414\")\n def width(id):\n"
+                         "  return grip.get_width(id, p[1,2,3,4,5,6]) + 1\n end\n grip.stop()\n"
+                         " textmsg(width(7))"),
+                 host),
+      Lines{"43"});
+  EXPECT_EQ(host.calls,
+            (Lines{"HANDLE.PROCEDURE struct(type=xmlrpc, url=http://127.0.0.1:41414) stop",
+                   "HANDLE.PROCEDURE struct(type=xmlrpc, url=http://127.0.0.1:41414) get_width 7 p[1, "
+                   "2, 3, 4, 5, 6]"}));
+  EXPECT_EQ(error("def t():\n g = struct(type=\"xmlrpc\", url=\"http://x\")\n g.close(1)\nend\n"),
+            "3:2 type_error: a struct has no method close");
+  EXPECT_EQ(
+      error("def t():\n g = rpc_factory(\"xmlrpc\", \"http://x\")\n g.clear()\nend\n"),
+      "3:2 type_error: a struct has no method clear; a remote procedure must not have a name of a list's "
+      "method");
+  EXPECT_EQ(error("def t():\n g = rpc_factory(\"xmlrpc\", \"ftp://x\")\nend\n"),
+            "2:6 rpc_factory: found the address 'ftp://x'; allowed: \"http://HOST:PORT/PATH\"");
+  EXPECT_EQ(error("def t():\n g = rpc_factory(\"soap\", \"http://x\")\nend\n"),
+            "2:6 rpc_factory: found the type 'soap'; allowed: \"xmlrpc\"");
 }
 
 TEST(UrscriptLanguage, PosesFollowTheirClosedForms) {

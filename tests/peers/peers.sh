@@ -38,7 +38,7 @@ fi
 rm -f "$log/takt_ur.log"  # of an earlier run: it says that takt-ur listens
 "$bin/takt-server" "$here/../../config/scenarios/block_assembly.yaml" --cell "$TAKT_CELL" --paused >"$log/server.log" 2>&1 &
 processes+=("$!")
-"$bin/takt-ur" "$here/ur_peers.yaml" --start >"$log/takt_ur.log" 2>&1 &
+(cd "$log" && exec "$bin/takt-ur" "$here/ur_peers.yaml" --start >takt_ur.log 2>&1) &  # flight reports go to $log
 processes+=("$!")
 for ((i = 0; i < 200; ++i)); do
   ! grep -q 'RTDE at' "$log/takt_ur.log" || break

@@ -29,8 +29,6 @@ PROGRAMS = [("rtde_tests", []), ("dashboard_client_g5_tests", []), ("dashboard_c
 ALONE = re.compile(r"PrimaryClientFakeTest|connection_limits|RTDEClientTest.connect_non_running_robot|fake_server|after_server_stops|test_initialization")
 # Why a test fails here.
 KNOWN = {
-    "DashboardClientTestG5.flight_report_and_support_file": "takt has no flight report and no support file",
-    "DashboardClientTestG5.set_receive_timeout": "takt has no flight report and no support file",
     **{f"RTDEClientTest.{name}": "the library's own fake RTDE server does not answer its client, without takt too"
        for name in ("get_data_package_fake_server", "destroy_client_after_server_stops_sending",
                     "reconnect_fake_server_background_read", "reconnect_fake_server_blocking_read")},

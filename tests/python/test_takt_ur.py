@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import pathlib
 import re
 import signal
 import socket
@@ -9,6 +10,7 @@ import struct
 import subprocess
 import sys
 import threading
+from xmlrpc.server import SimpleXMLRPCServer
 
 import pytest
 
@@ -425,6 +427,134 @@ end
     assert client.wait(lambda s: s["runtime_state"] == 1)["target_q"][5] == pytest.approx(target[5], abs=1e-6)
 
 
+def remote_procedures(opened):
+    """A server of XML-RPC, as gripper URCaps have one; its port and the calls that it has got."""
+    calls = []
+    server = SimpleXMLRPCServer(("127.0.0.1", 0), logRequests=False, allow_none=True)
+    server.close = lambda: (server.shutdown(), server.server_close())
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    return opened(server), calls
+
+
+def test_a_program_calls_remote_procedures_while_the_robot_moves(robot, opened):
+    _, ports, gateway = robot
+    client = Rtde(opened, ports[0])
+    server, calls = remote_procedures(opened)
+    answers = threading.Event()
+
+    def slow_width(tool, pose):
+        calls.append((tool, pose))
+        assert answers.wait(PATIENCE_S)
+        return 42.5
+
+    server.register_function(slow_width, "get_width")
+    server.register_function(lambda: {"x": 1, "y": 2, "z": 3, "rx": 0, "ry": 0, "rz": 0}, "pose")
+    q = list(client.wait(lambda s: s["runtime_state"] == 1)["target_q"])
+    target = [*q[:5], q[5] + 0.1]
+    primary = opened(socket.create_connection(("127.0.0.1", ports[1]), timeout=PATIENCE_S))
+    primary.sendall(f"""def a():
+  grip = rpc_factory("xmlrpc", "http://127.0.0.1:{server.server_address[1]}/RPC2")
+  thread asks():
+    global width = grip.get_width(3, p[0.5, 0, 0, 0, 0, 0])
+  end
+  asked = run asks()
+  movej({target}, t=0.5)
+  write_output_integer_register(0, 1)
+  join asked
+  textmsg("width ", width)
+  textmsg("pose ", grip.pose())
+  textmsg("closed ", grip.closeXMLRPCClientConnection())
+  grip.missing()
+end
+""".encode())
+    client.wait(lambda s: abs(s["target_q"][5] - target[5]) < 1e-6)  # while the procedure has not answered
+    assert calls == [(3, {"x": 0.5, "y": 0, "z": 0, "rx": 0, "ry": 0, "rz": 0})]
+    answers.set()
+    gateway.wait_for_line("width 42.5")
+    gateway.wait_for_line("pose p[1, 2, 3, 0, 0, 0]")
+    gateway.wait_for_line("closed True")
+    gateway.wait_for_line("line 13, column 3", "XML-RPC: missing at", "fault 1", "missing")
+
+
+def test_a_remote_procedure_without_a_server_ends_its_program(robot, opened):
+    _, ports, gateway = robot
+    primary = opened(socket.create_connection(("127.0.0.1", ports[1]), timeout=PATIENCE_S))
+    port = free_ports(1)[0]
+    primary.sendall(f'def b():\n  g = rpc_factory("xmlrpc", "http://127.0.0.1:{port}")\n  g.open()\nend\n'.encode())
+    gateway.wait_for_line("line 3, column 3", f"XML-RPC: open at http://127.0.0.1:{port}: the server cannot be reached")
+
+
+class ModbusDevice:
+    """A Modbus server with one memory for each of the four areas; it answers one request at a time."""
+
+    def __init__(self, opened):
+        self.bits, self.registers, self.requests = {1: {}, 2: {}}, {3: {}, 4: {}}, []
+        self.listener = opened(socket.create_server(("127.0.0.1", 0)))
+        self.port = self.listener.getsockname()[1]
+        threading.Thread(target=self.serve, daemon=True).start()
+
+    def serve(self):
+        with contextlib.suppress(OSError):
+            peer, _ = self.listener.accept()
+            with peer:
+                while head := peer.recv(7, socket.MSG_WAITALL):
+                    transaction, _, size, unit = struct.unpack(">HHHB", head)
+                    pdu = peer.recv(size - 1, socket.MSG_WAITALL)
+                    answer = self.answer(pdu)
+                    self.requests.append((unit, pdu))
+                    peer.sendall(struct.pack(">HHHB", transaction, 0, 1 + len(answer), unit) + answer)
+
+    def answer(self, pdu):
+        function, address = struct.unpack(">BH", pdu[:3])
+        if address >= 1000:
+            return bytes([function | 0x80, 2])
+        if function in self.bits:
+            return bytes([function, 1, self.bits[function].get(address, 0)])
+        if function in self.registers:
+            return struct.pack(">BBH", function, 2, self.registers[function].get(address, 0))
+        if function in (5, 15):
+            self.bits[1][address] = pdu[-1] & 1 if function == 15 else pdu[3] & 1
+        elif function in (6, 16):
+            self.registers[3][address] = struct.unpack(">H", pdu[-2:])[0]
+        return pdu[:5]
+
+
+def test_a_program_reads_and_writes_modbus_signals(robot, opened):
+    _, ports, gateway = robot
+    device = ModbusDevice(opened)
+    device.bits[2][5], device.registers[4][6] = 1, 40000
+    primary = opened(socket.create_connection(("127.0.0.1", ports[1]), timeout=PATIENCE_S))
+    place = f'"127.0.0.1:{device.port}", 9'
+    primary.sendall(f"""def modbus():
+  modbus_add_signal({place}, 5, 0, "present")
+  modbus_add_signal({place}, 7, 1, "clamp")
+  modbus_add_signal({place}, 6, 2, "weight")
+  modbus_add_signal({place}, 8, 3, "speed", False)
+  modbus_add_signal({place}, 1000, 2, "nowhere")
+  modbus_set_signal_update_frequency("weight", 50)
+  while not modbus_get_signal_status("present"):
+    sync()
+  end
+  modbus_set_output_signal("clamp", True)
+  modbus_set_output_register("speed", 1234, False)
+  while modbus_get_signal_status("weight") != 40000 or modbus_get_error("nowhere") == -1:
+    sync()
+  end
+  textmsg("modbus ", [modbus_get_error("weight"), modbus_get_error("nowhere")])
+  modbus_send_custom_command({place}, 6, [0, 9, 1, 2])
+  while modbus_get_signal_status("speed") != 1234 or not modbus_get_signal_status("clamp"):
+    sync()
+  end
+  modbus_delete_signal("weight")
+  modbus_get_error("weight")
+end
+""".encode())
+    gateway.wait_for_line("modbus [0, 2]")
+    gateway.wait_for_line("line 22, column 3", "modbus_get_error: no signal has the name 'weight'")
+    assert (device.bits[1][7], device.registers[3][8], device.registers[3][9]) == (1, 1234, 258)
+    assert {unit for unit, _ in device.requests} == {9}
+
+
 def test_servoj_of_a_program_goes_to_its_joints_and_the_end_brakes(robot, opened):
     _, ports, _ = robot
     client = Rtde(opened, ports[0])
@@ -447,9 +577,99 @@ def second(robot, tmp_path, opened):
     number = os.getpid()
     address = f"127.{64 + (number >> 16 & 63)}.{number >> 8 & 255}.{1 + number % 250}"
     mapping = tmp_path / "standard_ports.yaml"
-    mapping.write_text(f"takt_ur: 1\nrobot: Robot2\nlisten: {{address: {address}}}\n")
+    mapping.write_text(f"takt_ur: 1\nrobot: Robot2\nrobotiq: Gripper2\nreports: {tmp_path}\n"
+                       f"listen: {{address: {address}}}\n")
     opened(Gateway(gateway.server, mapping))
     return lambda port: opened(socket.create_connection((address, port), timeout=PATIENCE_S)), address
+
+
+def test_a_flight_report_has_the_log_and_the_values(robot, second, tmp_path):
+    connect, _ = second
+    dashboard, primary = connect(29999).makefile("rw"), connect(30001)
+    assert dashboard.readline() == "Connected: Universal Robots Dashboard Server\n"
+
+    def ask(command):
+        dashboard.write(command + "\n")
+        dashboard.flush()
+        return dashboard.readline().rstrip("\n")
+
+    def report():
+        start, _, name = ask("generate flight report controller").partition(": ")
+        assert (start, pathlib.Path(name).parent) == ("Flight Report generated with id", tmp_path)
+        return pathlib.Path(name).read_text()
+
+    def report_in_mode(command, mode):
+        ask(command)
+        while ask("robotmode") != "Robotmode: " + mode:
+            pass
+        return report()
+
+    primary.sendall(b"def a():\n  write_output_float_register(3, 2.5)\n  textmsg(\"of the report\")\nend\n")
+    for _ in ("started", "stopped"):
+        primary_messages(primary, lambda m: m == KEY_MESSAGE)
+    first = report()
+    assert " s of the report\n" in first and "output_double_register_3 = 2.5\n" in first
+    # RTDE guide, joint_mode: 253 running, 239 power off, 255 idle.
+    assert "joint_mode = 253 253 253 253 253 253\n" in first
+    assert "joint_mode = 239 239 239 239 239 239\n" in report_in_mode("power off", "POWER_OFF")
+    assert "joint_mode = 255 255 255 255 255 255\n" in report_in_mode("power on", "IDLE")
+    assert ask("generate support file /").startswith(f"Completed successfully: {tmp_path}/Robot2_")
+
+
+class RobotiqClient:
+    """Talks to Robotiq's URCap as public clients do: an answer is what one read brings."""
+
+    def __init__(self, connection):
+        self.connection = connection
+
+    def set(self, **variables):
+        self.connection.sendall(("SET" + "".join(f" {n} {v}" for n, v in variables.items()) + "\n").encode())
+        assert self.connection.recv(1024) == b"ack"
+
+    def get(self, name):
+        self.connection.sendall(f"GET {name}\n".encode())
+        found, value = self.connection.recv(1024).decode().split()
+        assert found == name
+        return int(value)
+
+    def move(self, position):
+        """Position and object at its end."""
+        self.set(POS=position, SPE=255, FOR=255, GTO=1)
+        while self.get("PRE") != position:
+            pass
+        while self.get("OBJ") == 0:
+            pass
+        return self.get("POS"), self.get("OBJ")
+
+
+def test_a_client_of_robotiqs_urcap_closes_and_opens_the_gripper(robot, second):
+    cell, _, _ = robot
+    connect, _ = second
+    client = RobotiqClient(connect(63352))
+    assert (client.get("STA"), client.get("FLT")) == (3, 0)
+    for position in (255, 0, 100, 0):
+        assert client.move(position) == (pytest.approx(position, abs=2), 3)
+        width, most = cell.state.gripper("Gripper2").width, cell.info.grippers["Gripper2"].max_width
+        assert width == pytest.approx(most * (1 - position / 255), abs=1e-3)
+
+
+def test_a_program_talks_to_robotiqs_urcap_of_its_own_controller(robot, second):
+    connect, _ = second
+    client, primary = RobotiqClient(connect(63352)), connect(30001)
+    # As the URCap's own functions: an answer has its length in front, and ack is 97, 99, 107.
+    primary.sendall(b"""def gripper():
+  socket_open("127.0.0.1", 63352, "1")
+  socket_set_var("POS", 200, "1")
+  ack = socket_read_byte_list(3, "1")
+  if ack == [3, 97, 99, 107]:
+    socket_set_var("SPE", socket_get_var("PRE", "1") - 1, "1")
+  end
+end
+""")
+    while client.get("SPE") != 199:
+        pass
+    assert client.get("POS") > 0 or client.get("PRE") == 200
+    client.move(0)
 
 
 def test_read_only_interfaces_have_the_states_and_take_no_programs(robot, second, opened):
@@ -598,8 +818,8 @@ end
 def test_a_program_that_is_refused_says_where_and_why(robot, opened):
     _, ports, gateway = robot
     primary = opened(socket.create_connection(("127.0.0.1", ports[1]), timeout=PATIENCE_S))
-    primary.sendall(b"def a():\n  x = 1\n  modbus_get_error(\"x\")\nend\n")
-    gateway.wait_for_line("line 3, column 3: modbus_get_error is not supported by takt")
+    primary.sendall(b"def a():\n  x = 1\n  powerdown()\nend\n")
+    gateway.wait_for_line("line 3, column 3: powerdown is not supported by takt")
     primary.sendall(b"def b():\n  x = [1, 2]\n  sync()\n  textmsg(x[2])\nend\n")
     gateway.wait_for_line("line 4, column 11: index 2 is out of range; allowed: 0 to 1")
 

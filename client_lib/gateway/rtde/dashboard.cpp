@@ -79,6 +79,14 @@ DashboardReply dashboard_reply(std::string_view line, const std::string& client,
     robot.log("dashboard: " + *text);
     return {"Added log message"};
   }
+  if (argument(line, "generate flight report")) {
+    const auto file = robot.write_report(reason);
+    return {file ? "Flight Report generated with id: " + *file : "Error: " + reason};
+  }
+  if (argument(line, "generate support file")) {  // the client does not choose where it is written
+    const auto file = robot.write_report(reason);
+    return {file ? "Completed successfully: " + *file : "Error: " + reason};
+  }
   if (line == "saveLog") return {"Log saved to disk"};
   if (const auto name = argument(line, "load installation"))  // the mapping file is the one installation
     return {*name == kInstallation ? "Loading installation: " + *name : "File not found: " + *name};

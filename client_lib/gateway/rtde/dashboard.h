@@ -1,5 +1,6 @@
 #pragma once
 // Lines of the dashboard server (TCP 29999): the reply to one line. Commands act on a DashboardRobot.
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -27,6 +28,8 @@ class DashboardRobot {
   virtual bool pause() = 0;
   virtual bool stop() = 0;
   virtual void log(const std::string& text) = 0;
+  /// Writes the newest log lines and all values to a file and returns its path; nothing where it may not, with the reason.
+  virtual std::optional<std::string> write_report(std::string& reason) = 0;
 };
 
 struct DashboardReply {

@@ -355,6 +355,14 @@ class Compiler {
   }
 
   void method(const Expression& e) {
+    if (!is_list_method(e.name)) {
+      value(e.operands.front());
+      emit(Op::Code::constant, e, added(current_->routine.constants, Value(e.name)));
+      operands(e, 1);
+      emit(Op::Code::native, e, static_cast<int>(find_function(kRemoteCall) - functions().data()),
+           static_cast<int>(e.operands.size()) + 1);
+      return;
+    }
     if (!is_mutator(e.name)) {
       operands(e, 0);
       emit(Op::Code::method, e, added(current_->routine.texts, e.name),

@@ -11,6 +11,7 @@
 #include "client_lib/gateway/ur/path.h"
 #include "client_lib/gateway/urscript/functions.h"
 #include "client_lib/gateway/urscript/operators.h"
+#include "client_lib/gateway/urscript/xml_rpc.h"
 
 namespace takt::urscript {
 namespace {
@@ -30,6 +31,12 @@ const std::string& text(const Value& value) {
   if (value.text() == nullptr)
     throw ValueError(std::string("type_error: a text is expected, found ") + value.type_name());
   return *value.text();
+}
+
+const MemberNames& handle_names() {
+  static const auto names =
+      std::make_shared<const std::vector<std::string>>(std::vector<std::string>{"type", "url"});
+  return names;
 }
 
 Vector6 six(const Value& value) {
@@ -304,9 +311,10 @@ const std::map<std::string_view, Computation>& computations() {
       {"to_num", number_in},
       {"rpc_factory",
        [](Arguments a) {
-         static const auto names =
-             std::make_shared<const std::vector<std::string>>(std::vector<std::string>{"type", "url"});
-         return Value::record({text(a[0]), text(a[1])}, names);
+         if (text(a[0]) != "xmlrpc")
+           throw ValueError("rpc_factory: found the type '" + text(a[0]) + "'; allowed: \"xmlrpc\"");
+         (void)rpc::parse_url(text(a[1]));
+         return Value::record({text(a[0]), text(a[1])}, handle_names());
        }},
       {"integer_to_binary_list", bits_of},
       {"binary_list_to_integer", integer_of},
@@ -315,6 +323,10 @@ const std::map<std::string_view, Computation>& computations() {
 }
 
 }  // namespace
+
+bool is_rpc_handle(const Value& value) {
+  return value.record() != nullptr && value.record()->names == handle_names();
+}
 
 Value compute(const Function& function, std::span<const Value> arguments) {
   return computations().at(function.name)(arguments);

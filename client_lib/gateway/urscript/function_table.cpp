@@ -11,8 +11,8 @@ using enum Function::Kind;
 
 constexpr std::string_view kNoTorque =
     "the drives of takt's robots follow set-points; force_mode makes them compliant";
-constexpr std::string_view kNoModbus = "takt has no Modbus client in URScript; takt-modbus is a server";
-constexpr std::string_view kNoRpc = "remote calls have no counterpart; sockets are allowed";
+constexpr std::string_view kNoModbus = "modbus_add_signal with a type from 0 to 3 is allowed";
+constexpr std::string_view kNoRpc = "EtherNet/IP has no counterpart; sockets and XML-RPC are allowed";
 constexpr std::string_view kNoConveyor =
     "conveyor tracking is not simulated; speedl and servoj follow a signal";
 constexpr std::string_view kNoPower = "power and modes are commanded over the dashboard";
@@ -209,8 +209,24 @@ constexpr Function kFunctions[] = {
     {"str_empty", "str", computes, "it has none"},
     {"to_str", "val", computes, "text of a value"},
     {"to_num", "str", computes, "number in a text"},
-    {"rpc_factory", "type, url", computes,
-     "accepted, since URCaps begin with it; a call of a remote procedure ends the program"},
+    {"rpc_factory", "type, url", computes, "a handle: \"xmlrpc\", \"http://HOST:PORT/PATH\""},
+    {kRemoteCall, "..", acts,
+     "calls it, waits at most 60 s; a fault ends the program. URCaps write localhost: the machine of "
+     "takt-ur"},
+    {"modbus_add_signal", "IP, slave_number, signal_address, signal_type, signal_name, sequential_mode=False",
+     acts,
+     "reads it from IP (HOST:PORT too) at 10 Hz; 0, 1: digital in- and output, 2, 3: register in- and "
+     "output"},
+    {"modbus_delete_signal", "signal_name", acts, "forgets it"},
+    {"modbus_get_signal_status", "signal_name, is_secondary_program=False", acts, "its newest value"},
+    {"modbus_get_error", "signal_name", acts, "0, the exception code of the server, -1 without an answer"},
+    {"modbus_set_output_signal", "signal_name, digital_value, is_secondary_program=False", acts,
+     "writes a digital output"},
+    {"modbus_set_output_register", "signal_name, register_value, is_secondary_program=False", acts,
+     "writes a register output"},
+    {"modbus_set_signal_update_frequency", "signal_name, update_frequency", acts, "at most 125 Hz"},
+    {"modbus_send_custom_command", "IP, slave_number, function_code, data", acts,
+     "sends it; the answer is dropped"},
     {"integer_to_binary_list", "x", computes, "32 values, the lowest bit first"},
     {"binary_list_to_integer", "l", computes, "and back"},
 
@@ -219,15 +235,7 @@ constexpr Function kFunctions[] = {
     {"get_mass_matrix", "*", refused, kNoTorque},
     {"get_jacobian_time_derivative", "*", refused, kNoTorque},
     {"get_coriolis_and_centrifugal_torques", "*", refused, kNoTorque},
-    {"modbus_add_signal", "*", refused, kNoModbus},
     {"modbus_add_rw_signal", "*", refused, kNoModbus},
-    {"modbus_delete_signal", "*", refused, kNoModbus},
-    {"modbus_get_error", "*", refused, kNoModbus},
-    {"modbus_get_signal_status", "*", refused, kNoModbus},
-    {"modbus_send_custom_command", "*", refused, kNoModbus},
-    {"modbus_set_output_register", "*", refused, kNoModbus},
-    {"modbus_set_output_signal", "*", refused, kNoModbus},
-    {"modbus_set_signal_update_frequency", "*", refused, kNoModbus},
     {"eip_writer_factory", "*", refused, kNoRpc},
     {"eip_reader_factory", "*", refused, kNoRpc},
     {"track_conveyor_linear", "*", refused, kNoConveyor},

@@ -25,6 +25,12 @@ struct Function {
   std::string_view does;
 };
 
+/// The name of the function that calls a procedure of a handle of rpc_factory(). Its arguments: handle, name, those of the
+/// procedure.
+inline constexpr std::string_view kRemoteCall = "HANDLE.PROCEDURE";
+/// What rpc_factory() returns.
+bool is_rpc_handle(const Value& value);
+
 /// In the order of the documentation.
 std::span<const Function> functions();
 /// nullptr: unknown.

@@ -433,14 +433,13 @@ bool Interpreter::control(Thread& thread, const Op& op) {
 bool Interpreter::native(Thread& thread, const Op& op) {
   const Function& function = functions()[static_cast<std::size_t>(op.a)];
   const auto count = static_cast<std::size_t>(op.b);
+  const std::span<const Value> arguments = top_of(thread.stack, count);
+  if (function.name == kRemoteCall && !is_rpc_handle(arguments[0]))
+    throw ValueError(std::string("type_error: ") + arguments[0].type_name() + " has no method " +
+                     text_of(arguments[1]));
   Frame& frame = thread.frames.back();
-  Outcome outcome = host_.call({function,
-                                top_of(thread.stack, count),
-                                thread.number,
-                                {frame.routine, frame.op},
-                                op.line,
-                                op.column,
-                                !frame.waits});
+  Outcome outcome = host_.call(
+      {function, arguments, thread.number, {frame.routine, frame.op}, op.line, op.column, !frame.waits});
   if (outcome.statement != nullptr) {
     frame.waits = true;
     globals_.resize(code_.symbols.globals.size());

@@ -221,6 +221,10 @@ Value with_part(const Value& value, std::span<const Step> steps, std::span<const
   return with_element(value, at, with_part(inner, rest, indices.subspan(1), part));
 }
 
+bool is_list_method(std::string_view name) {
+  return method_of(name) != nullptr;
+}
+
 bool is_mutator(std::string_view name) {
   return method_of(name) != nullptr && method_of(name)->mutates;
 }
@@ -229,10 +233,9 @@ MethodResult call_method(const Value& list, std::string_view name, std::span<con
   const Method* method = method_of(name);
   const Items* items = list.list();
   if (method == nullptr || items == nullptr)
-    throw ValueError("type_error: " + std::string(list.type_name()) + " has no method " + std::string(name) +
-                     (list.record() != nullptr
-                          ? "; remote procedures have no counterpart in takt, sockets are allowed"
-                          : ""));
+    throw ValueError(
+        "type_error: " + std::string(list.type_name()) + " has no method " + std::string(name) +
+        (list.record() != nullptr ? "; a remote procedure must not have a name of a list's method" : ""));
   if (arguments.size() != method->arguments)
     throw ValueError(std::string(name) + ": allowed: " + std::to_string(method->arguments) + " arguments");
   std::vector<Value> values = items->values;

@@ -48,6 +48,7 @@ struct MethodResult {
   Value result;  ///< what the call returns
 };
 MethodResult call_method(const Value& list, std::string_view method, std::span<const Value> arguments);
+bool is_list_method(std::string_view name);
 /// It changes the list.
 bool is_mutator(std::string_view name);
 

@@ -24,6 +24,15 @@ UrMapping mapping_of(const GatewayRun& options, const CellInfo& cell) {
   return mapping;
 }
 
+/// What the gateway commands. A gripper that no mapping file names is left to others, too.
+std::vector<std::string> targets_of(const GatewayRun& options, const UrMapping& mapping) {
+  auto targets = gateway::targets_of(mapping.robot.robot, mapping.outputs);
+  if (!options.mapping_file.empty() && !mapping.robotiq.empty() &&
+      std::find(targets.begin(), targets.end(), mapping.robotiq) == targets.end())
+    targets.push_back(mapping.robotiq);
+  return targets;
+}
+
 void report_ports(const std::string& name, const UrMapping& mapping) {
   gateway::report(name, "RTDE at " + mapping.address + ":" + std::to_string(mapping.rtde_port) +
                             ", primary " + std::to_string(mapping.primary_port) + ", dashboard " +
@@ -85,7 +94,7 @@ int run_controller(const GatewayRun& options) {
                           .needs_wall_time = wall,
                           .robot = mapping.robot.robot,
                           .filter_rad_per_s = mapping.filter_rad_per_s},
-                         gateway::targets_of(mapping.robot.robot, mapping.outputs));
+                         targets_of(options, mapping));
   gateway::EventLoop loop;
   UrController controller(loop, link, mapping);
   Servers servers(loop, controller, mapping);
@@ -143,10 +152,11 @@ int run_lockstep(const GatewayRun& options) {
     if (loop.stopped()) throw ClientError(ClientError::Kind::timeout, "Ended by a signal.");
   };
   Client client(gateway::polled_by_this_thread(options.client, serve));
-  const UrMapping mapping = mapping_of(options, *client.cell());
+  UrMapping mapping = mapping_of(options, *client.cell());
+  if (options.mapping_file.empty()) mapping.robotiq.clear();  // the cell would wait for its commands
   const std::string name = "takt-ur " + mapping.robot.robot;
   LockstepOptions lockstep;
-  lockstep.targets = gateway::targets_of(mapping.robot.robot, mapping.outputs);
+  lockstep.targets = targets_of(options, mapping);
   lockstep.period_s = std::max(UrController::kCycle_s, client.cell()->step_size);
   lockstep.name = name;
   lockstep.timeout = Seconds{86400.0};  // the longest that a server accepts

@@ -40,6 +40,7 @@ ScriptRun::ScriptRun(UrController& controller, const std::string& name, urscript
     : RunningProgram(name),
       controller_(controller),
       sockets_(controller),
+      remote_(controller),
       interpreter_(std::move(code), *this) {}
 
 ScriptRun::~ScriptRun() = default;
@@ -51,6 +52,14 @@ Outcome ScriptRun::call(const HostCall& call) {
     return {false, read_function(controller_, arguments, controller_.motion().position())};
   if (kind == Function::Kind::ignored) return {};
   if (call.function.name == "interpreter_mode") return interpreter_mode(arguments, call.begins);
+  if (call.function.name.substr(0, 7) == "modbus_") return {false, controller_.modbus().call(arguments)};
+  if (call.function.name == urscript::kRemoteCall) {
+    if (call.begins) waiting_[call.thread] = {call.function.name, false, controller_.cycle()};
+    auto value = remote_.call(call.thread, call.arguments, call.begins, waiting_.at(call.thread).begun_cycle);
+    if (!value) return {true};
+    waiting_.erase(call.thread);
+    return {false, std::move(*value)};
+  }
   if (call.begins) {
     try {
       if (set_function(controller_, arguments)) return {};
@@ -85,6 +94,7 @@ std::optional<Value> ScriptRun::foresee(const Function& function, std::span<cons
 }
 
 void ScriptRun::ended(std::uint64_t thread) {
+  remote_.forget(thread);
   const auto found = waiting_.find(thread);
   if (found == waiting_.end()) return;
   if (found->second.moves) {

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "client_lib/tools/takt_ur/remote_calls.h"
 #include "client_lib/tools/takt_ur/script_sockets.h"
 #include "client_lib/tools/takt_ur/statement_queue.h"
 #include "client_lib/tools/takt_ur/ur_controller.h"
@@ -58,6 +59,7 @@ class ScriptRun final : public RunningProgram, private urscript::Host {
 
   UrController& controller_;
   ScriptSockets sockets_;
+  RemoteCalls remote_;
   urscript::Interpreter interpreter_;
   std::map<std::uint64_t, Waiting> waiting_;                ///< by thread
   std::uint64_t move_ = 0;                                  ///< of the motion: that of the present call

@@ -167,7 +167,8 @@ Value ScriptSockets::open(const CallArguments& a) {
   if (held && held->connection) held->connection->finish();
   held = std::make_shared<Socket>();
   held->connecting = true;
-  controller_.loop().connect(host, static_cast<std::uint16_t>(port), 1, std::chrono::seconds(0),
+  controller_.loop().connect(controller_.mapping().address_of(host, static_cast<int>(port)),
+                             static_cast<std::uint16_t>(port), 1, std::chrono::seconds(0),
                              [weak = std::weak_ptr(held)](auto connection) {
                                const auto socket = weak.lock();
                                if (!socket) return;

@@ -45,18 +45,22 @@ Servers::Servers(gateway::EventLoop& loop, UrController& controller, const UrMap
   loop.listen(mapping.address, as_port(mapping.dashboard_port), [this](auto c) {
     c->send(rtde::kDashboardGreeting);
     accept_lines(std::move(c), [this](std::string_view line, const std::string& peer_address) {
-      return std::optional(rtde::dashboard_reply(line, peer_address, controller_, dashboard_));
+      const auto reply = rtde::dashboard_reply(line, peer_address, controller_, dashboard_);
+      return Reply{reply.line + "\n", reply.quit};
     });
   });
   if (mapping.primary_port == kPrimaryPort)
     loop.listen(mapping.address, as_port(kInterpreterPort), [this](auto c) {
-      accept_lines(std::move(c),
-                   [this](std::string_view line, const std::string&) -> std::optional<rtde::DashboardReply> {
-                     while (!line.empty() && (line.back() == '\r' || line.back() == ' '))
-                       line.remove_suffix(1);
-                     if (line.empty()) return std::nullopt;
-                     return rtde::DashboardReply{controller_.interpret(line)};
-                   });
+      accept_lines(std::move(c), [this](std::string_view line, const std::string&) {
+        while (!line.empty() && (line.back() == '\r' || line.back() == ' ')) line.remove_suffix(1);
+        return line.empty() ? Reply{} : Reply{controller_.interpret(line) + "\n"};
+      });
+    });
+  if (!mapping.robotiq.empty())
+    loop.listen(mapping.address, as_port(mapping.robotiq_port), [this](auto c) {
+      accept_lines(std::move(c), [this](std::string_view line, const std::string&) {
+        return Reply{controller_.robotiq_answer(line)};
+      });
     });
   controller.on_primary_message = [this](const std::string& message) {
     const auto clients = primary_;  // a client that is closed leaves the list
@@ -131,11 +135,10 @@ void Servers::accept_lines(std::shared_ptr<gateway::Connection> connection, Answ
          if (!me) return;
          buffer->append(bytes);
          for (std::size_t end; (end = buffer->find('\n')) != std::string::npos && me->is_open();) {
-           const auto reply = answer(std::string_view(*buffer).substr(0, end), me->peer_address());
+           const Reply reply = answer(std::string_view(*buffer).substr(0, end), me->peer_address());
            buffer->erase(0, end + 1);
-           if (!reply) continue;
-           me->send(reply->line + "\n");
-           if (reply->quit) me->finish();
+           if (!reply.bytes.empty()) me->send(reply.bytes);
+           if (reply.quit) me->finish();
          }
          if (buffer->size() > kLongestLine) me->close();
        },

@@ -35,9 +35,12 @@ class Servers {
   /// `clients`: the list that the client joins. Bytes of a read-only client are ignored.
   void accept_scripts(std::shared_ptr<gateway::Connection> connection, ScriptClients& clients,
                       bool read_only);
-  /// A client whose lines are answered one by one.
-  using Answer = std::function<std::optional<rtde::DashboardReply>(std::string_view line,
-                                                                   const std::string& peer_address)>;
+  /// Bytes for a client whose lines are answered one by one.
+  struct Reply {
+    std::string bytes;
+    bool quit = false;  ///< the connection is closed
+  };
+  using Answer = std::function<Reply(std::string_view line, const std::string& peer_address)>;
   void accept_lines(std::shared_ptr<gateway::Connection> connection, Answer answer);
 
   UrController& controller_;

@@ -9,6 +9,7 @@
 #include "client_lib/tools/takt_ur/external_program.h"
 #include "client_lib/tools/takt_ur/script_run.h"
 #include "client_lib/tools/takt_ur/statement_queue.h"
+#include "idl/common/text.h"
 
 namespace takt::ur {
 namespace {
@@ -18,6 +19,7 @@ constexpr double kPowerChange_s = 0.2;
 /// Set-points are sent for this long after the robot has come to rest.
 constexpr double kRestTime_s = 0.1;
 constexpr int kProtectiveStopCode = 209;
+constexpr std::size_t kMostLogLines = 500;
 
 std::uint64_t cycles(double seconds) {
   return static_cast<std::uint64_t>(std::ceil(seconds / UrController::kCycle_s));
@@ -88,6 +90,7 @@ void UrController::advance() {
   measure_force();
   history_[cycle_ % kHistory] = {actual_q_, {contact_force_[0], contact_force_[1], contact_force_[2]}};
   change_power();
+  modbus_.advance();
   // A robot that another client moves, or that was reset, or stands still with its cell: the target is where it is.
   if (!drives_ || !plays || robot_mode_ != RobotMode::running) {
     // A program that runs beside a cell that stands keeps its mode, since drivers do not send it again.
@@ -502,6 +505,8 @@ bool UrController::stop() {
 
 void UrController::log(const std::string& text) {
   gateway::report("takt-ur " + mapping_.robot.robot, text);
+  log_.push_back(number_text(time_s()) + " s " + text);
+  if (log_.size() > kMostLogLines) log_.pop_front();
 }
 
 }  // namespace takt::ur

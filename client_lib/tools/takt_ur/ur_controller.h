@@ -17,7 +17,9 @@
 #include "client_lib/gateway/rtde/server_session.h"
 #include "client_lib/gateway/ur/force_mode.h"
 #include "client_lib/gateway/ur/motion.h"
+#include "client_lib/gateway/ur/robotiq.h"
 #include "client_lib/gateway/urscript/script.h"
+#include "client_lib/tools/takt_ur/modbus_signals.h"
 #include "client_lib/tools/takt_ur/ur_mapping.h"
 
 namespace takt::ur {
@@ -88,6 +90,7 @@ class UrController final : public rtde::DashboardRobot {
 
   // --- for programs ---
   gateway::EventLoop& loop() { return loop_; }
+  ModbusSignals& modbus() { return modbus_; }
   Motion& motion() { return motion_; }
   const UrMapping& mapping() const { return mapping_; }
   /// Pose in the protocol's base <-> in the robot's.
@@ -178,6 +181,11 @@ class UrController final : public rtde::DashboardRobot {
   bool pause() override;
   bool stop() override;
   void log(const std::string& text) override;
+  std::optional<std::string> write_report(std::string& reason) override;
+
+  // --- Robotiq's URCap ---
+  /// Answers a line of its server; the command goes to the gripper of the mapping.
+  std::string robotiq_answer(std::string_view line);
 
  private:
   bool read_cell();
@@ -246,6 +254,10 @@ class UrController final : public rtde::DashboardRobot {
     bool ends = false;
   };
   std::vector<Watchdog> watchdogs_;
+  std::deque<std::string> log_;  ///< the newest lines
+  int reports_ = 0;              ///< written
+  RobotiqGripper robotiq_;
+  ModbusSignals modbus_{loop_, kCycle_s};
   double speed_slider_ = 1.0;
   int tool_voltage_ = 0;
   Payload payload_;

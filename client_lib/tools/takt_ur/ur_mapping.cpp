@@ -64,6 +64,8 @@ void describe_mapping(Fields& f, UrMapping& m, const CellInfo& cell) {
       tools.push_back(gripper.name);
   f.field("tool", m.tool, NameOf{tools, "a gripper of the robot"},
           "Gripper whose TCP and contact forces the controller shows; without it the TCP is the flange.");
+  f.field("robotiq", m.robotiq, NameOf{tools, "a gripper of the robot"},
+          "Gripper that clients of Robotiq's URCap command; without it their port is closed.");
   gateway::describe_force_sensor(
       f, m.force_sensor, cell, m.robot.robot,
       "Sensor on the flange that the controller reads; without it forces are the contact "
@@ -77,6 +79,7 @@ void describe_mapping(Fields& f, UrMapping& m, const CellInfo& cell) {
     f.field("secondary", m.secondary_port, Port{}, "Port of the secondary interface.");
     f.field("realtime", m.realtime_port, Port{}, "Port of the real-time interface.");
     f.field("dashboard", m.dashboard_port, Port{}, "Port of the dashboard server.");
+    f.field("robotiq", m.robotiq_port, Port{}, "Port of Robotiq's URCap.");
   });
   f.section("controller", "What the controller says of itself.", [&] {
     f.field("model", m.model, Text{}, "Model, e.g. UR10e.");
@@ -97,6 +100,11 @@ void describe_mapping(Fields& f, UrMapping& m, const CellInfo& cell) {
   f.entries(
       "programs", m.programs, "Programs that the dashboard can load.", "A program by its file name.", 0,
       [] { return NamedProgram{}; }, [&](NamedProgram& program) { describe_program(f, program); });
+  f.field("reports", m.reports, Text{},
+          "Directory, from the working directory, of flight reports and support files that clients of the "
+          "dashboard ask for; without it they are refused.");
+  f.check(m.reports.empty() || std::filesystem::is_directory(m.reports), "reports", m.reports,
+          "an existing directory");
   f.section("follow", "The role of takt-ur follow: takt's robot follows a controller.", [&] {
     f.field("frequency_Hz", m.follow.frequency_Hz, NumberRange{1.0, 500.0, false, "Hz"}, "Rate of its data.");
     f.field("positions", m.follow.uses_target, kPositions, "Which positions the robot follows.");
@@ -106,6 +114,13 @@ void describe_mapping(Fields& f, UrMapping& m, const CellInfo& cell) {
 }
 
 }  // namespace
+
+std::string UrMapping::address_of(const std::string& host, int port) const {
+  const std::array<int, 6> own{rtde_port,     primary_port,   secondary_port,
+                               realtime_port, dashboard_port, robotiq.empty() ? port - 1 : robotiq_port};
+  const bool local = host == "127.0.0.1" || host == "localhost";
+  return local && std::find(own.begin(), own.end(), port) != own.end() ? address : host;
+}
 
 std::array<int, 3> UrMapping::version_numbers() const {
   std::array<int, 3> numbers{};
@@ -182,7 +197,7 @@ UrMapping default_ur_mapping(const CellInfo& cell, const std::string& robot) {
   mapping.robot.sign.assign(6, 1.0);
   mapping.robot.offset.assign(6, 0.0);
   for (const auto& gripper : cell.grippers)
-    if (gripper.robot == found && mapping.tool.empty()) mapping.tool = gripper.name;
+    if (gripper.robot == found && mapping.tool.empty()) mapping.tool = mapping.robotiq = gripper.name;
   return mapping;
 }
 

@@ -19,11 +19,12 @@ struct NamedProgram {
 struct UrMapping {
   gateway::RobotMapping robot;
   std::string tool;          ///< gripper at the flange: TCP and forces; empty: none
+  std::string robotiq;       ///< gripper that clients of Robotiq's URCap command; empty: its port is closed
   std::string force_sensor;  ///< device on the flange that measures forces; empty: contact forces of `tool`
   Pose base_frame;           ///< X_RB: the protocol's base in the robot's base
   std::string address = "127.0.0.1";
   int rtde_port = 30004, primary_port = 30001, secondary_port = 30002, realtime_port = 30003,
-      dashboard_port = 29999;
+      dashboard_port = 29999, robotiq_port = 63352;
   std::string model = "UR10e", serial_number = "20000000001", version = "5.21.0";
   bool remote_control = true, powered = true;
   gateway::TimeReference time = gateway::TimeReference::wall;
@@ -32,6 +33,7 @@ struct UrMapping {
   std::vector<gateway::OutputMapping> outputs;
   std::vector<gateway::InputMapping> inputs;
   std::vector<NamedProgram> programs;
+  std::string reports;  ///< directory of flight reports; empty: none are written
 
   // Role takt-ur follow.
   struct Follow {
@@ -41,6 +43,8 @@ struct UrMapping {
     gateway::ResynchronisationOptions first_command{};
   } follow;
 
+  /// Where a program of the controller finds `host`: the controller itself at localhost, which may have another address here.
+  std::string address_of(const std::string& host, int port) const;
   /// 3 of 5.21.0.
   std::array<int, 3> version_numbers() const;
   /// Of ConfigurationData: 1 UR5, 2 UR10, 3 UR3, ...; 0 unknown.

@@ -9,7 +9,23 @@ namespace takt::ur {
 namespace {
 
 constexpr double kFullScale_V = 10.0;
-constexpr std::int64_t kJointRunning = 253, kJointPowerOff = 239;
+
+// Values of joint_mode.
+constexpr std::int64_t kJointPowerOff = 239, kJointBooting = 247, kJointRunning = 253, kJointIdle = 255;
+
+std::int64_t joint_mode(RobotMode mode) {
+  switch (mode) {
+    case RobotMode::power_off:
+      return kJointPowerOff;
+    case RobotMode::power_on:
+      return kJointBooting;
+    case RobotMode::idle:  // the brakes hold
+      return kJointIdle;
+    case RobotMode::running:
+      break;
+  }
+  return kJointRunning;
+}
 
 Vec3 vec(const takt_msgs::msg::Vector3& v) {
   return {v.x, v.y, v.z};
@@ -31,6 +47,18 @@ void UrController::set_digital_output(int number, bool value) {
                      : number < 16 ? "configurable_digital_output_"
                                    : "tool_digital_output_";
   write_element(stem + std::to_string(number < 16 ? number % 8 : number - 16), value ? 1.0 : 0.0);
+}
+
+std::string UrController::robotiq_answer(std::string_view line) {
+  const CellInfo& cell = *link_.cell();
+  const auto& info = cell.grippers.at(static_cast<std::size_t>(cell.find_gripper(mapping_.robotiq)));
+  const GripperState& state = state_->gripper(mapping_.robotiq);
+  const auto answer = robotiq_.answer(
+      line, {state.width, info.max_width, info.max_force, state.moving, state.part >= 0}, time_s());
+  if (answer.command)
+    link_.sender().grip(mapping_.robotiq, GripperAction::width, answer.command->width_m,
+                        answer.command->force_N);
+  return answer.bytes;
 }
 
 void UrController::set_analog_output(int number, double fraction) {
@@ -277,7 +305,7 @@ void UrController::fill_outputs() {
   o.set_vector("payload_cog", payload_.center_of_gravity_m);
   o.set_vector("payload_inertia", payload_.inertia_kg_m2);
   o.set_vector("target_gravity", gravity_);
-  for (std::int64_t& mode : o["joint_mode"].whole) mode = powered ? kJointRunning : kJointPowerOff;
+  for (std::int64_t& mode : o["joint_mode"].whole) mode = joint_mode(robot_mode_);
   o.set_whole("actual_digital_input_bits", static_cast<std::int64_t>(digital_inputs_));
   o.set_whole("actual_digital_output_bits", static_cast<std::int64_t>(digital_outputs_));
   o.set_whole("actual_configurable_digital_input_bits",
