@@ -344,10 +344,13 @@ class Finder {
   /// 0.613 of the pitch on the bolt (ISO 68-1, with the rounded root of ISO 724) and less in the hole.
   bool is_cosmetic_thread(std::size_t shaft, std::size_t hole, double clearance, double radius,
                           double pitch) const {
-    constexpr double kLoose = 0.02;  // of the radius
+    constexpr double kLoose = 0.02;     // of the radius
+    constexpr double kPressed = 0.015;  // of the radius: twice that of the tightest press fits of ISO 286
     if (insert_[shaft] || clearance < -deepest_thread_m(radius, pitch) || clearance > kLoose * radius + 1e-5)
       return false;
-    return nut_[shaft] != nut_[hole] || insert_[hole] || clearance < -tolerances_.largest_interference_m;
+    const bool cuts = fastener_[shaft] && clearance < -kPressed * radius;  // a thread of its own
+    return nut_[shaft] != nut_[hole] || insert_[hole] || cuts ||
+           clearance < -tolerances_.largest_interference_m;
   }
 
   static double deepest_thread_m(double radius, double pitch) {

@@ -261,7 +261,7 @@ TEST(VerificationOfTakt, ShortScenesAreGood) {
   } catch (const ScenarioError& error) {
     EXPECT_THAT(error.what(),
                 testing::AllOf(HasSubstr("--scene: found 'no such scene'; allowed: a scene of "),
-                               HasSubstr(": 'rolling ball'")));
+                               HasSubstr(": 'pendulum, rk4', 'pendulum, rk2', ")));
   }
 }
 

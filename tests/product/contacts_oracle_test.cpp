@@ -103,6 +103,17 @@ TEST(Contacts, AScrewOfNominalDiameterInItsCoreHoleIsAThread) {
   }
 }
 
+TEST(Contacts, AScrewThatCutsItsThreadIsNotPressedIn) {
+  const auto kind = [](const char* name, double hole_m) {
+    Product product = product_of({{plate_with_hole("Plate", 0.02, 0.006, 0.5 * hole_m), {0, 0, 0}},
+                                  {turned_body(name, {-0.01, 0.006}, {0.0015}), {0, 0, 0}}});
+    return find_contacts(product).at(0).kind;
+  };
+  EXPECT_EQ(kind("M3x8 screw", 0.0029), ContactKind::thread);  // in a printed hole
+  EXPECT_EQ(kind("M3x8 screw", 0.00298), ContactKind::cylinder_fit);
+  EXPECT_EQ(kind("Pin", 0.0029), ContactKind::cylinder_fit);
+}
+
 /// Distance of two boxes that are parallel to the axes, from the vertices of their meshes.
 double distance_of(const Product& product, std::size_t a, std::size_t b) {
   Vec3 gap = Vec3::Zero();

@@ -141,8 +141,7 @@ TEST_F(ThrownBricks, ForcesOfAnIntegrationThatIsGivenUpAreNoPeaks) {
       ASSERT_TRUE(islands.step() && one.step());
       islands.simulation().read_contact_peaks(peaks[0]);
       one.simulation().read_contact_peaks(peaks[1]);
-      EXPECT_GT(work_of(islands).evaluations, work_of(one).evaluations)
-          << "they were not integrated apart";
+      EXPECT_GT(work_of(islands).evaluations, work_of(one).evaluations) << "they were not integrated apart";
       ASSERT_EQ(peaks[0].size(), peaks[1].size());
       ASSERT_GT(peaks[0].size(), 0U);
       for (std::size_t i = 0; i < peaks[0].size(); ++i) {
