@@ -1,6 +1,6 @@
 // The look of the page: its first picture of several cells has all of the cell, in three sizes, light and dark; a selection
 // is the same in tree, picture and inspector, by mouse and by key; requests of the inspector are in the state on DDS.
-// TAKT_SCREENSHOT=FOLDER/NAME.png keeps the pictures as FOLDER/CELL_WIDTH_THEME.png, TAKT_LOOK_CELL=FILE,FOLDER looks at that
+// TAKT_SCREENSHOT=FOLDER/NAME.png keeps the pictures as FOLDER/CELL_WIDTH_THEME.png (gallery.py), TAKT_LOOK_CELL=FILE,FOLDER looks at that
 // cell too, whose robots have their mesh files in the folder.
 import {strict as assert} from 'node:assert';
 import {basename, dirname} from 'node:path';
