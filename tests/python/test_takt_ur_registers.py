@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from test_takt_ur import PATIENCE_S, Rtde, opened, robot  # noqa: F401  (fixtures)
+from ur_clients import PATIENCE_S, Rtde, opened, robot  # noqa: F401  (fixtures)
 
 PROGRAM = """def rtde_control():
   global offset = # first float register

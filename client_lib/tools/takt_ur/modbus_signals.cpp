@@ -61,11 +61,11 @@ Value ModbusSignals::call(const CallArguments& a) {
   } else if (f == "modbus_send_custom_command") {
     const std::vector<double> data =
         a[3].list() != nullptr ? urscript::numbers_of(a[3]) : std::vector<double>();
+    if (!(a.number(2) >= 1.0 && a.number(2) <= 127.0) || data.size() >= gateway::modbus::kMostPdu_bytes)
+      a.fail("(IP, slave_number, function_code from 1 to 127, a list of at most 252 bytes)");
     std::string pdu(1, static_cast<char>(a.number(2)));
     for (const double one : data)
       pdu += static_cast<char>(static_cast<unsigned>(std::clamp(one, 0.0, 255.0)));
-    if (!(a.number(2) >= 1.0 && a.number(2) <= 127.0) || pdu.size() > gateway::modbus::kMostPdu_bytes)
-      a.fail("(IP, slave_number, function_code from 1 to 127, a list of at most 252 bytes)");
     ask(a.text(0), {"", static_cast<std::uint8_t>(std::clamp(a.number(1), 0.0, 255.0)), std::move(pdu)});
   } else {
     write(a, f == "modbus_set_output_register");
@@ -81,12 +81,14 @@ void ModbusSignals::add(const CallArguments& a) {
       a.fail("(IP, slave_number 0 to 255, signal_address 0 to 65535, signal_type 0 to 3, a name)");
     return static_cast<int>(number);
   };
+  if (name.empty()) a.fail("(.., a name)");
   if (signals_.size() >= kMostSignals && signals_.count(name) == 0)
     a.fail("at most " + std::to_string(kMostSignals) + " signals; modbus_delete_signal frees one");
   Signal added{a.text(0), static_cast<std::uint8_t>(whole(1, 255)),
                static_cast<std::uint16_t>(whole(2, 65535)), static_cast<Kind>(whole(3, 3))};
   added.period_cycles = static_cast<std::uint64_t>(std::ceil(1.0 / (kFrequency_Hz * cycle_s_) - 1e-9));
   added.next_cycle = cycle_;
+  (void)server(added.server);
   signals_.insert_or_assign(name, std::move(added));
 }
 
@@ -109,14 +111,33 @@ void ModbusSignals::write(const CallArguments& a, bool is_register) {
   }
 }
 
-void ModbusSignals::ask(const std::string& server, Request request) {
-  if (servers_.size() >= kMostServers && servers_.count(server) == 0)
-    throw ValueError("modbus: at most " + std::to_string(kMostServers) + " servers");
-  ServerPointer& held = servers_[server];
+void ModbusSignals::drop_unused() {
+  for (auto at = servers_.begin(); at != servers_.end();) {
+    const auto& [name, server] = *at;
+    const bool used = !server->requests.empty() || std::ranges::any_of(signals_, [&name](const auto& signal) {
+      return signal.second.server == name;
+    });
+    if (!used && server->connection) server->connection->close();
+    at = used ? std::next(at) : servers_.erase(at);
+  }
+}
+
+ModbusSignals::Server& ModbusSignals::server(const std::string& name) {
+  const auto full = [&] { return servers_.size() >= kMostServers && servers_.count(name) == 0; };
+  if (full()) drop_unused();
+  if (full())
+    throw ValueError("modbus: at most " + std::to_string(kMostServers) +
+                     " servers; modbus_delete_signal frees one");
+  ServerPointer& held = servers_[name];
   if (!held) held = std::make_shared<Server>();
-  if (held->requests.size() >= kMostRequests)
-    throw ValueError("modbus: more than " + std::to_string(kMostRequests) + " requests wait for " + server);
-  held->requests.push_back(std::move(request));
+  return *held;
+}
+
+void ModbusSignals::ask(const std::string& name, Request request) {
+  Server& asked = server(name);
+  if (asked.requests.size() >= kMostRequests)
+    throw ValueError("modbus: more than " + std::to_string(kMostRequests) + " requests wait for " + name);
+  asked.requests.push_back(std::move(request));
 }
 
 void ModbusSignals::advance() {
@@ -124,10 +145,11 @@ void ModbusSignals::advance() {
   constexpr std::array<Function, 4> kReads{Function::read_discrete_inputs, Function::read_coils,
                                            Function::read_input_registers, Function::read_holding_registers};
   for (auto& [name, one] : signals_) {
-    if (one.asked || cycle_ < one.next_cycle) continue;
+    std::deque<Request>& requests = servers_.at(one.server)->requests;
+    if (one.asked || cycle_ < one.next_cycle || requests.size() >= kMostRequests) continue;
     one.asked = true;
     one.next_cycle = cycle_ + one.period_cycles;
-    ask(one.server,
+    requests.push_back(
         {name, one.unit,
          gateway::modbus::read_request(kReads.at(static_cast<std::size_t>(one.kind)), one.address, 1)});
   }

@@ -60,7 +60,10 @@ class ModbusSignals {
   void add(const CallArguments& arguments);
   void write(const CallArguments& arguments, bool is_register);
   Signal& signal(const CallArguments& arguments);
-  void ask(const std::string& server, Request request);
+  /// Makes it for its first signal or request. Throws where too many are in use.
+  Server& server(const std::string& name);
+  void drop_unused();
+  void ask(const std::string& name, Request request);
   void serve(const std::string& name, const ServerPointer& server);
   void connect(const std::string& name, const ServerPointer& server);
   void take(Server& server);
