@@ -51,7 +51,7 @@ void leave_out_duplicates(Product& product) {
   std::sort(all.begin(), all.end(), [](const Filled& a, const Filled& b) {
     return std::pair(a.centre.x(), a.instance) < std::pair(b.centre.x(), b.instance);
   });
-  // The first instance at the place of each; its own index where there is none.
+  // By instance: the first one that stands at its place, which may be itself.
   std::vector<std::size_t> original(all.size());
   for (std::size_t i = 0; i < all.size(); ++i) original[i] = i;
   for (std::size_t i = 0; i < all.size(); ++i)

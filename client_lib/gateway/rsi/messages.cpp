@@ -9,6 +9,7 @@
 
 #include "idl/common/parse.h"
 #include "idl/common/text.h"
+#include "idl/common/xml.h"
 
 namespace takt::gateway::rsi {
 namespace {
@@ -68,21 +69,6 @@ std::string value_text(const Channel& channel, double value, int decimals) {
       break;
   }
   return real_text(value, decimals);
-}
-
-std::string escaped(std::string_view text) {
-  std::string made;
-  for (const char c : text) {
-    if (c == '<')
-      made += "&lt;";
-    else if (c == '>')
-      made += "&gt;";
-    else if (c == '&')
-      made += "&amp;";
-    else
-      made += c;
-  }
-  return made;
 }
 
 void append_attribute(std::string& made, const char* name, const std::string& value) {
@@ -317,7 +303,7 @@ std::string write_sen(const Configuration& configuration, const Sen& sen, const 
   };
   append_channels(made, configuration.receive, value, [&](const Channel& channel) {
     if (channel.internal == Internal::message && !sen.message.empty())
-      made.append("<EStr>").append(escaped(sen.message)).append("</EStr>");
+      made.append("<EStr>").append(xml_content(sen.message)).append("</EStr>");
   });
   return made.append("<IPOC>").append(std::to_string(sen.ipoc)).append("</IPOC></Sen>");
 }

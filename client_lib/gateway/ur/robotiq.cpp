@@ -4,6 +4,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "idl/common/text.h"
+
 namespace takt::ur {
 namespace {
 
@@ -29,20 +31,14 @@ std::string_view next_word(std::string_view& text) {
   return word;
 }
 
-/// Programs of URScript send get and set.
-bool is_word(std::string_view word, std::string_view upper) {
-  return std::equal(word.begin(), word.end(), upper.begin(), upper.end(),
-                    [](char a, char b) { return a == b || (a >= 'a' && a <= 'z' && a - 'a' + 'A' == b); });
-}
-
 }  // namespace
 
 RobotiqGripper::Answer RobotiqGripper::answer(std::string_view line, const MeasuredGripper& gripper,
                                               double time_s) {
-  const std::string_view verb = next_word(line);
-  if (is_word(verb, "SET")) return set(line, gripper, time_s);
+  const std::string verb = lower_text(next_word(line));  // programs of URScript send get and set
+  if (verb == "set") return set(line, gripper, time_s);
   const std::string name(next_word(line));
-  const int value = is_word(verb, "GET") ? value_of(name, gripper, time_s) : -1;
+  const int value = verb == "get" ? value_of(name, gripper, time_s) : -1;
   return {value < 0 ? "?\n" : name + " " + std::to_string(value) + "\n"};
 }
 

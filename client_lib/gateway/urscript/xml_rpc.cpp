@@ -7,6 +7,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "idl/common/xml.h"
+
 namespace takt::rpc {
 namespace {
 
@@ -19,21 +21,6 @@ constexpr std::array<const char*, 6> kPoseMembers{"x", "y", "z", "rx", "ry", "rz
 constexpr int kMostDepth = Value::kMostDepth + 2;
 
 // --- requests ---
-
-std::string escaped(std::string_view text) {
-  std::string result;
-  for (const char c : text) {
-    if (c == '&')
-      result += "&amp;";
-    else if (c == '<')
-      result += "&lt;";
-    else if (c == '>')
-      result += "&gt;";
-    else
-      result += c;
-  }
-  return result;
-}
 
 /// XML-RPC allows digits and a point, no exponent.
 std::string decimal(double number) {
@@ -48,14 +35,14 @@ std::string decimal(double number) {
 std::string xml_of(const Value& value);
 
 std::string member(std::string_view name, const Value& value) {
-  return "<member><name>" + escaped(name) + "</name>" + xml_of(value) + "</member>";
+  return "<member><name>" + xml_content(name) + "</name>" + xml_of(value) + "</member>";
 }
 
 std::string inner_xml(const Value& value) {
   if (const bool* flag = value.flag()) return *flag ? "<boolean>1</boolean>" : "<boolean>0</boolean>";
   if (value.is_integer()) return "<int>" + std::to_string(static_cast<int>(value.number())) + "</int>";
   if (value.is_number()) return "<double>" + decimal(value.number()) + "</double>";
-  if (const std::string* text = value.text()) return "<string>" + escaped(*text) + "</string>";
+  if (const std::string* text = value.text()) return "<string>" + xml_content(*text) + "</string>";
   const Items* items = value.items();
   if (items == nullptr) throw ValueError("an argument has no value");
   std::string text;
@@ -242,8 +229,8 @@ Address parse_url(const std::string& url) {
 
 std::string request(const Address& address, const std::string& procedure,
                     std::span<const urscript::Value> arguments) {
-  std::string body =
-      "<?xml version=\"1.0\"?>\r\n<methodCall><methodName>" + escaped(procedure) + "</methodName><params>";
+  std::string body = "<?xml version=\"1.0\"?>\r\n<methodCall><methodName>" + xml_content(procedure) +
+                     "</methodName><params>";
   for (const Value& one : arguments) body += "<param>" + xml_of(one) + "</param>";
   body += "</params></methodCall>\r\n";
   return "POST " + address.path + " HTTP/1.1\r\nHost: " + address.host + ":" + std::to_string(address.port) +
