@@ -14,21 +14,10 @@ namespace takt::recording::mcap {
 inline constexpr std::string_view kMagic{"\x89MCAP0\r\n", 8};
 inline constexpr std::size_t kRecordHead_bytes = 9;
 
-enum Opcode : std::uint8_t {
-  kHeader = 0x01,
-  kFooter = 0x02,
-  kSchema = 0x03,
-  kChannel = 0x04,
-  kMessage = 0x05,
-  kChunk = 0x06,
-  kMessageIndex = 0x07,
-  kChunkIndex = 0x08,
-  kStatistics = 0x0b,
-  kMetadata = 0x0c,
-  kMetadataIndex = 0x0d,
-  kSummaryOffset = 0x0e,
-  kDataEnd = 0x0f,
-};
+using Opcode = std::uint8_t;
+inline constexpr Opcode kHeader = 0x01, kFooter = 0x02, kSchema = 0x03, kChannel = 0x04, kMessage = 0x05,
+                        kChunk = 0x06, kMessageIndex = 0x07, kChunkIndex = 0x08, kStatistics = 0x0b,
+                        kMetadata = 0x0c, kMetadataIndex = 0x0d, kSummaryOffset = 0x0e, kDataEnd = 0x0f;
 
 /// A record being made.
 class Record {

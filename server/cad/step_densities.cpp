@@ -62,7 +62,7 @@ double density_of(const StepBasic_DerivedUnit& unit) {
 }
 
 Handle(StepBasic_DerivedUnitElement) element(const NamedUnit& unit, double exponent) {
-  const Handle(StepBasic_DerivedUnitElement) made = new StepBasic_DerivedUnitElement;
+  Handle(StepBasic_DerivedUnitElement) made = new StepBasic_DerivedUnitElement;
   made->Init(unit, exponent);
   return made;
 }
@@ -76,7 +76,7 @@ Handle(StepBasic_DerivedUnit) g_per_cm3() {
       new StepBasic_HArray1OfDerivedUnitElement(1, 2);
   elements->SetValue(1, element(gram, 1.0));
   elements->SetValue(2, element(centimetre, -3.0));
-  const Handle(StepBasic_DerivedUnit) made = new StepBasic_DerivedUnit;
+  Handle(StepBasic_DerivedUnit) made = new StepBasic_DerivedUnit;
   made->Init(elements);
   return made;
 }

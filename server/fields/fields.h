@@ -16,7 +16,6 @@
 // on an earlier value uses when(), so that `info` visits all branches; check() acts in `read` alone.
 #include <optional>
 #include <string>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -24,17 +23,16 @@
 
 namespace takt {
 
-enum FieldFlags : unsigned {
-  kRequired = 1,       ///< an error without it
-  kNotInModel = 2,     ///< does not enter the model hash
-  kAlwaysWritten = 4,  ///< written even where it has the default
-  kNamesTopics = 8,    ///< of entries: their names become levels of topics
-};
+// Flags of a key, joined by |.
+inline constexpr unsigned kRequired = 1;       ///< an error without it
+inline constexpr unsigned kNotInModel = 2;     ///< does not enter the model hash
+inline constexpr unsigned kAlwaysWritten = 4;  ///< written even where it has the default
+inline constexpr unsigned kNamesTopics = 8;    ///< of entries: their names become levels of topics
 
 template <class T>
-struct is_optional : std::false_type {};
+inline constexpr bool kIsOptional = false;
 template <class T>
-struct is_optional<std::optional<T>> : std::true_type {};
+inline constexpr bool kIsOptional<std::optional<T>> = true;
 
 class Fields {
  public:
@@ -52,7 +50,7 @@ class Fields {
   /// One key. A member of type std::optional is unset without the key.
   template <class T, class Rule>
   void field(const char* key, T& member, const Rule& rule, const char* doc, unsigned flags = 0) {
-    if constexpr (is_optional<T>::value) {
+    if constexpr (kIsOptional<T>) {
       if (const auto value = reading() ? find(key) : std::nullopt) rule.read(*value, member.emplace());
       if (writing() && member) put(key, rule.write(*member), kAlwaysWritten);
       if (pass_ == Pass::info) add(key, rule.info(), doc, flags, {});
