@@ -1,8 +1,8 @@
 #pragma once
 // The inside of takt::Client: what was received, under one mutex, and one place for every wait.
 //
-// The mutex is never held while an entity of DDS is called: within one process Fast DDS delivers a sample in
-// the thread that writes it, so a call into DDS may end in one of the functions below.
+// The mutex is never held while an entity of DDS is called: Fast DDS calls the functions below with locks of its own
+// held, for which such a call may wait.
 #include <algorithm>
 #include <atomic>
 #include <chrono>

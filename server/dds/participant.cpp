@@ -59,6 +59,7 @@ Participant::Participant(const ParticipantOptions& options, DiscoveryListener& l
     throw DdsError("DDS domain " + std::to_string(options.domain) + " does not exist; allowed are 0 to 232.");
   }
   if (const std::string lack = lack_of_thread_room(); !lack.empty()) throw DdsError(lack);
+  deliver_through_transports();
   std::string secure_directory;
   dds::DomainParticipantQos qos = participant_qos(options, secure_directory);
   if (options.prepare) options.prepare(qos);

@@ -132,8 +132,8 @@ bool written(dds::DataWriter& writer, Sample& sample, rtps::WriteParams& params)
 #endif
 }
 
-/// Samples between participants of this process take the same way as those between processes. Call it ahead
-/// of the first participant.
+/// Between participants of this process, too, samples and discovery take the transports. Call it ahead of the first one. Else
+/// Fast DDS calls one participant with locks of another held, and two that announce their liveliness at once wait for ever.
 inline void deliver_through_transports() {
 #if TAKT_FAST_DDS_MAJOR == 2
   auto settings = eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings();

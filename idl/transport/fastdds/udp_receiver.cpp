@@ -142,7 +142,7 @@ bool UdpReceiver::lead(Clock::time_point deadline, const std::function<bool()>& 
   const auto began = Clock::now();
   auto now = began;
   bool came = false;
-  while (exclusive_ == 0 && !ready()) {
+  while (exclusive_ == 0 && wanted_ == 0 && !ready()) {  // another one may have seen no guest yet
     came = receive(++turns_ % kTurnsOfTheFirst == 0 || now - began > kWorthSpinning);
     if (!came) {
       now = Clock::now();
