@@ -150,14 +150,15 @@ def test_forces_are_measured_about_the_flange_and_zero_with_a_payload(robot, ope
         cell.attach("P", "Gripper1")
         cleaning.callback(peer.lines, "zero_ftsensor()")
         cleaning.callback(cell.detach, "P")
+        peer.lines("sleep(2)")  # the joints come to rest
         weight = 0.3 * 9.80665  # mass_kg of the scenario
-        about_tcp = client.wait(lambda s: abs(s["actual_TCP_force"][2] + weight) < 1e-6)["actual_TCP_force"]
+        about_tcp = client.wait(lambda s: math.dist(s["actual_TCP_force"][:3], (0, 0, -weight)) < 1e-4)["actual_TCP_force"]
         wrench, tcp, flange = peer.values("get_tcp_force()", "get_actual_tcp_pose()", "get_actual_tool_flange_pose()")
         x, y, z = (a - b for a, b in zip(tcp[:3], flange[:3]))
         assert math.hypot(x, y, z) > 0.05
         fx, fy, fz = about_tcp[:3]
         expected = [t + lever for t, lever in zip(about_tcp[3:], (y * fz - z * fy, z * fx - x * fz, x * fy - y * fx))]
-        assert wrench == pytest.approx([fx, fy, fz, *expected], abs=1e-4)
+        assert wrench == pytest.approx([fx, fy, fz, *expected], abs=5e-3)
         peer.lines("set_payload(0.3)")
         wrench, center, offset = peer.values("get_tcp_force()", "get_target_payload_cog()", "get_tcp_offset()")
         assert max(abs(one) for one in wrench) < 0.01, "the force settles"
