@@ -16,7 +16,7 @@ using testing::HasSubstr;
 constexpr Six kHome{0, -90, 90, 0, 90, 0};
 
 std::string sen(std::uint64_t ipoc, double a1, int stop = 0) {
-  return "<Sen Type=\"x\"><Stop>" + std::to_string(stop) + "</Stop><AK A1=\"" + std::to_string(a1) +
+  return "<Sen Type=\"KROSHU\"><Stop>" + std::to_string(stop) + "</Stop><AK A1=\"" + std::to_string(a1) +
          "\"/><IPOC>" + std::to_string(ipoc) + "</IPOC></Sen>";
 }
 
@@ -53,6 +53,21 @@ TEST(Krc, IpocGrowsByTheCycleAndDelayCountsLatePackets) {
   Cell slow({.cycle_ms = 12});
   slow.begin();
   EXPECT_THAT(slow.begin(), HasSubstr("<IPOC>4208163646</IPOC>"));
+}
+
+TEST(Krc, AnAnswerOfAnotherSensorSystemCountsAsLate) {
+  Cell cell;
+  cell.begin();
+  const std::string good = sen(cell.krc.ipoc(), 2.0);
+  for (const char* type : {"ImFree", "kroshu", ""}) {
+    EXPECT_EQ(cell.krc.answer(with(good, "KROSHU", type)), Taken::invalid);
+    EXPECT_THAT(cell.krc.fault(), HasSubstr("Type: found '" + std::string(type) + "'; allowed: 'KROSHU'"));
+  }
+  cell.krc.end_cycle();
+  EXPECT_EQ(cell.krc.late(), 1U);
+  EXPECT_EQ(cell.krc.target(), kHome);
+  cell.cycle(2.0);
+  EXPECT_EQ(cell.krc.target()[0], 2.0);
 }
 
 TEST(Krc, AnAbsoluteCorrectionIsTheOffsetToTheStart) {
@@ -192,7 +207,8 @@ TEST(Krc, AnUnknownElementIsReportedOnce) {
   Cell cell;
   for (int i = 0; i < 2; ++i) {
     cell.begin();
-    cell.krc.answer("<Sen><Foo>1</Foo><IPOC>" + std::to_string(cell.krc.ipoc()) + "</IPOC></Sen>");
+    cell.krc.answer("<Sen Type=\"KROSHU\"><Foo>1</Foo><IPOC>" + std::to_string(cell.krc.ipoc()) +
+                    "</IPOC></Sen>");
     if (i == 0) {
       EXPECT_THAT(cell.krc.new_unknown(), ElementsAre("Foo"));
     } else {
@@ -232,7 +248,7 @@ TEST(Krc, TheElementOfCorrectionsHasTheNameOfTheContext) {
   Cell cell(options, xml);
   cell.begin();
   EXPECT_EQ(
-      cell.krc.answer("<Sen Type=\"ImFree\">\n  <EStr>KRCnexxt - RSI Object ST_ETHERNET</EStr>\n"
+      cell.krc.answer("<Sen Type=\"KROSHU\">\n  <EStr>KRCnexxt - RSI Object ST_ETHERNET</EStr>\n"
                       "  <AKorr A1=\"1.5000\" A2=\"0.0000\" A3=\"0.0000\" A4=\"0.0000\" A5=\"0.0000\" "
                       "A6=\"-2.0000\" />\n  <Tech T21=\"1.09\" T22=\"2.08\"/>\n  <DiO>125</DiO>\n <IPOC>" +
                       std::to_string(cell.krc.ipoc()) + "</IPOC>\n</Sen>\n"),
@@ -264,15 +280,15 @@ TEST(Krc, APoseCorrectionMovesAndTurnsTheToolInTheBaseFrame) {
   krc.start(start);
   for (int i = 0; i < 3; ++i) {
     krc.begin_cycle({});
-    ASSERT_EQ(krc.answer("<Sen><RKorr X=\"1\" Z=\"-2\" A=\"10\"/><IPOC>" + std::to_string(krc.ipoc()) +
-                         "</IPOC></Sen>"),
+    ASSERT_EQ(krc.answer("<Sen Type=\"KROSHU\"><RKorr X=\"1\" Z=\"-2\" A=\"10\"/><IPOC>" +
+                         std::to_string(krc.ipoc()) + "</IPOC></Sen>"),
               Taken::applied);
   }
   const Six expected{503, 0, 294, 30, 0, 0};
   for (std::size_t i = 0; i < 6; ++i) EXPECT_NEAR(krc.target()[i], expected[i], 1e-9) << i;
   reaches = false;
   krc.begin_cycle({});
-  krc.answer("<Sen><RKorr X=\"1\"/><IPOC>" + std::to_string(krc.ipoc()) + "</IPOC></Sen>");
+  krc.answer("<Sen Type=\"KROSHU\"><RKorr X=\"1\"/><IPOC>" + std::to_string(krc.ipoc()) + "</IPOC></Sen>");
   EXPECT_EQ(krc.state(), KrcState::unreachable);
   EXPECT_NEAR(krc.target()[0], 503, 1e-9);
 }
@@ -281,13 +297,14 @@ TEST(Krc, PoseCorrectionsHaveLimitsAndMonitors) {
   Krc krc(rsi_configuration(pose_xml()), {.translation_limit_mm = 5.0, .rotation_limit_deg = 5.0}, gantry());
   krc.start({});
   krc.begin_cycle({});
-  krc.answer("<Sen><RKorr X=\"9\" A=\"20\"/><IPOC>" + std::to_string(krc.ipoc()) + "</IPOC></Sen>");
+  krc.answer("<Sen Type=\"KROSHU\"><RKorr X=\"9\" A=\"20\"/><IPOC>" + std::to_string(krc.ipoc()) +
+             "</IPOC></Sen>");
   EXPECT_NEAR(krc.target()[0], 5.0, 1e-9);
   EXPECT_NEAR(krc.target()[3], 5.0, 1e-9);
   Krc monitored(rsi_configuration(pose_xml()), {.translation_monitor_mm = 5.0}, gantry());
   monitored.start({});
   monitored.begin_cycle({});
-  monitored.answer("<Sen><RKorr X=\"4\" Y=\"4\"/><IPOC>" + std::to_string(monitored.ipoc()) +
+  monitored.answer("<Sen Type=\"KROSHU\"><RKorr X=\"4\" Y=\"4\"/><IPOC>" + std::to_string(monitored.ipoc()) +
                    "</IPOC></Sen>");
   EXPECT_THAT(monitored.reason(), HasSubstr("KSS29000: the correction of the pose"));
 }

@@ -97,7 +97,7 @@ TEST(RsiMessages, TheDefaultMessageFitsIntoTheClientsBufferAtTheLargestNumbers) 
 
 TEST(RsiMessages, OrderBlanksAndUnknownElementsDoNotMatter) {
   const std::string text =
-      " <?xml version=\"1.0\"?>\n<Sen  Type='ImFree' >\n <IPOC> 4208163634 </IPOC><New "
+      " <?xml version=\"1.0\"?>\n<Sen  Type='KROSHU' >\n <IPOC> 4208163634 </IPOC><New "
       "x=\"1\"><deep/></New>\r\n"
       "<AK A6=\"6\"  A1 = '1.5' A9=\"0\" /><Stop>\n1 </Stop></Sen>\n";
   const auto sen = parse_sen(rsi_configuration(), text);
@@ -124,7 +124,7 @@ TEST(RsiMessages, ChannelsWhoseNameIsANumberAreReadAndWritten) {
   rob.values = {0, 0, 0, 0, 1.0, 2.4, -0.5};
   EXPECT_THAT(write_rob(configuration, rob),
               HasSubstr(R"(<Delay D="0"/><GPIO 01="1" 02="2"/><Force>-0.500000</Force><IPOC>)"));
-  const auto sen = parse_sen(configuration, R"(<Sen Type="x"><GPIO 01="1"/><IPOC>7</IPOC></Sen>)");
+  const auto sen = parse_sen(configuration, R"(<Sen Type="KROSHU"><GPIO 01="1"/><IPOC>7</IPOC></Sen>)");
   ASSERT_TRUE(sen.message) << sen.fault;
   EXPECT_EQ(sen.message->values[0], 1.0);
   EXPECT_TRUE(sen.unknown.empty());

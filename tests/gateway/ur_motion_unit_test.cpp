@@ -197,6 +197,23 @@ TEST(UrMotion, SpeedsOfJointsAndToolAreReachedWithTheirAcceleration) {
   EXPECT_TRUE(tool.motion.has_speed());
 }
 
+TEST(UrMotion, AToolSpeedThatLeavesTheReachStopsTheRobot) {
+  Robot robot;
+  const Vec3 start = robot.motion.tool_pose(kHome).p;
+  robot.motion.tool_speed_command({0.2, 0.0, 0.0, 0.0, 0.0, 0.0}, 1.2);
+  int cycles = 0;
+  for (; robot.motion.advance(1.0); ++cycles) {
+    ASSERT_LT(cycles, 10000) << "beyond the reach";
+    const Vec3 way = robot.motion.tool_pose(robot.motion.position()).p - start;
+    ASSERT_LT(std::hypot(way.y(), way.z()), 5e-3) << cycles;
+    for (std::size_t i = 0; i < 6; ++i)
+      ASSERT_LE(std::abs(robot.motion.velocity()[i]), robot.arm.joints[i].max_velocity);
+  }
+  EXPECT_GT(cycles, 500);
+  for (int i = 0; i < 250; ++i) EXPECT_TRUE(robot.motion.advance(1.0));
+  EXPECT_TRUE(robot.motion.at_rest());
+}
+
 TEST(UrMotion, ACubicSplineIsItsPolynomial) {
   Robot robot;
   takt::ur::Spline spline;

@@ -29,11 +29,12 @@ TEST(ScriptStream, CountsBlocksByTheirWords) {
   ScriptStream stream;
   for (const char c :
        std::string("def a(): if True: stopj(1) end end\ndef b(): x = \"end # if\"\n  $ 1 \"if end\"\n"
-                   "  y = 'while' # while\n  if x == y: halt end\nend\nstopj(2)\n"))
+                   "  y = 'while' # while\n  z = t.sec + t.end\n  if x == y: halt end\nend\nstopj(2)\n"))
     stream.add(std::string(1, c));
   EXPECT_EQ(stream.next(), "def a(): if True: stopj(1) end end");
   EXPECT_EQ(stream.next(),
-            "def b(): x = \"end # if\"\n  $ 1 \"if end\"\n  y = 'while' # while\n  if x == y: halt end\nend");
+            "def b(): x = \"end # if\"\n  $ 1 \"if end\"\n  y = 'while' # while\n  z = t.sec + t.end\n"
+            "  if x == y: halt end\nend");
   EXPECT_EQ(stream.next(), "stopj(2)");
   EXPECT_EQ(stream.next(), std::nullopt);
   EXPECT_FALSE(stream.broken());

@@ -3,7 +3,7 @@
 # is a repository of its maker, fetched by hand; none is part of takt.
 #   Universal_Robots_Client_Library    a folder with its CMakeLists.txt; its integration tests run against takt-ur
 #   RTDE_Python_Client_Library         a folder with rtde/rtde.py; a client with it reads and writes
-#   kuka-external-control-sdk, kuka_drivers, ABB-EGM-Python, abb_libegm   folders of these names; each has a script here
+#   kuka-external-control-sdk, kuka_drivers, ABB-EGM-Python, abb_libegm, ur_rtde   folders of these names; each has a script here
 set -euo pipefail
 bin=$(readlink -f "$1") folder=$(readlink -f "$2") filter=${3:-}
 here=$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")
@@ -25,7 +25,7 @@ echo "Universal_Robots_Client_Library: ${urcl:-not in $folder}"
 echo "RTDE_Python_Client_Library: ${rtde_python:-not in $folder}"
 status=0 others=''
 if [[ -z $filter ]]; then
-  for peer in kuka_sdk kuka_simulator abb_egm_python abb_libegm; do
+  for peer in kuka_sdk kuka_simulator abb_egm_python abb_libegm ur_rtde; do
     code=0
     "$here/$peer.sh" "$bin" "$folder" "$log/$peer" || code=$?
     ((code == 77)) || others=1

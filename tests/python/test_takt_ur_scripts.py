@@ -22,7 +22,7 @@ from ur_clients import (  # noqa: F401  (fixtures)
 
 
 def test_a_program_reports_on_a_socket(robot, opened):
-    # URScript manual: socket_set_var sends "set <name> <value>\n"; socket_send_int sends an int32 in network byte order.
+    # URScript manual: socket_set_var sends "SET <name> <value>\n"; socket_send_int sends an int32 in network byte order.
     _, ports, _ = robot
     client = Rtde(opened, ports[0])
     listener = opened(socket.create_server(("127.0.0.1", 0)))
@@ -44,7 +44,7 @@ end
 """.encode())
     peer = opened(listener.accept()[0])
     peer.settimeout(PATIENCE_S)
-    expected = b"at12.5\nset POS_Y 2200\n\xff\xff\xff\xfeA"
+    expected = b"at12.5\nSET POS_Y 2200\n\xff\xff\xff\xfeA"
     assert read(peer, len(expected)) == expected
     assert peer.recv(1) == b""
     client.wait(lambda s: s["runtime_state"] == 2)
@@ -131,6 +131,7 @@ end
 """.encode())
     gateway.wait_for_line("modbus [0, 2]")
     gateway.wait_for_line("line 22, column 3", "modbus_get_error: no signal has the name 'weight'")
+    device.wait(lambda: {8, 9} <= device.registers[3].keys() and 7 in device.bits[1])
     assert (device.bits[1][7], device.registers[3][8], device.registers[3][9]) == (1, 1234, 258)
     assert {unit for unit, _ in device.requests} == {9}
 
@@ -346,7 +347,7 @@ def test_a_thread_that_moves_is_killed_and_another_one_may_not_move_beside_it(ro
   first = run far()
   sleep(0.5)
   kill first
-  sleep(0.5)
+  sleep(1)
   textmsg("the killed thread leaves the robot steady: ", is_steady())
   second = run far()
   sleep(0.1)

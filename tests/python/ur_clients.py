@@ -237,6 +237,7 @@ class ModbusDevice:
 
     def __init__(self, opened):
         self.bits, self.registers, self.requests = {1: {}, 2: {}}, {3: {}, 4: {}}, []
+        self.news = threading.Condition()
         self.listener = opened(socket.create_server(("127.0.0.1", 0)))
         self.port = self.listener.getsockname()[1]
         threading.Thread(target=self.serve, daemon=True).start()
@@ -249,21 +250,35 @@ class ModbusDevice:
                     transaction, _, size, unit = struct.unpack(">HHHB", head)
                     pdu = peer.recv(size - 1, socket.MSG_WAITALL)
                     answer = self.answer(pdu)
-                    self.requests.append((unit, pdu))
+                    with self.news:
+                        self.requests.append((unit, pdu))
+                        self.news.notify_all()
                     peer.sendall(struct.pack(">HHHB", transaction, 0, 1 + len(answer), unit) + answer)
 
+    def wait(self, condition):
+        with self.news:
+            assert self.news.wait_for(condition, PATIENCE_S), self.requests
+
     def answer(self, pdu):
-        function, address = struct.unpack(">BH", pdu[:3])
+        function, address, count = struct.unpack(">BHH", pdu[:5])
+        places, size = range(address, address + count), (count + 7) // 8
         if address >= 1000:
             return bytes([function | 0x80, 2])
         if function in self.bits:
-            return bytes([function, 1, self.bits[function].get(address, 0)])
+            bits = sum(self.bits[function].get(place, 0) << i for i, place in enumerate(places))
+            return bytes([function, size]) + bits.to_bytes(size, "little")
         if function in self.registers:
-            return struct.pack(">BBH", function, 2, self.registers[function].get(address, 0))
-        if function in (5, 15):
-            self.bits[1][address] = pdu[-1] & 1 if function == 15 else pdu[3] & 1
-        elif function in (6, 16):
-            self.registers[3][address] = struct.unpack(">H", pdu[-2:])[0]
+            values = [self.registers[function].get(place, 0) for place in places]
+            return struct.pack(f">BB{count}H", function, 2 * count, *values)
+        if function == 5:
+            self.bits[1][address] = pdu[3] & 1
+        elif function == 6:
+            self.registers[3][address] = count
+        elif function == 15:
+            bits = int.from_bytes(pdu[6:], "little")
+            self.bits[1].update({place: bits >> i & 1 for i, place in enumerate(places)})
+        elif function == 16:
+            self.registers[3].update(zip(places, struct.unpack(f">{count}H", pdu[6:])))
         return pdu[:5]
 
 

@@ -181,6 +181,11 @@ class Document {
     return std::nullopt;
   }
 
+  std::string_view root_attribute(const char* name) const {
+    const char* value = root_->Attribute(name);
+    return value == nullptr ? std::string_view() : std::string_view(value);
+  }
+
   template <class Known>
   std::vector<std::string> unknown(const Known& known) const {
     std::vector<std::string> found;
@@ -313,6 +318,11 @@ Parsed<Sen> parse_sen(const Configuration& configuration, std::string_view text)
   const Document document(text, "Sen");
   parsed.fault = document.fault;
   if (!parsed.fault.empty()) return parsed;
+  if (const auto type = document.root_attribute("Type"); type != configuration.sentype) {
+    parsed.fault = "Type: found " + shown(type) + "; allowed: '" + configuration.sentype +
+                   "', the SENTYPE of the configuration";
+    return parsed;
+  }
   Sen sen;
   sen.values.resize(configuration.receive.size());
   if (!read_common(document, configuration.receive, sen, parsed.fault,

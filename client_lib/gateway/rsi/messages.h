@@ -58,7 +58,7 @@ std::string write_rob(const Configuration& configuration, const Rob& rob, const 
 /// Values that are not set are left out.
 std::string write_sen(const Configuration& configuration, const Sen& sen, const Decimals& decimals = {});
 
-/// A fault: no XML, another root, no IPOC, a value that is no finite number.
+/// A fault: no XML, another root or type, no IPOC, a value that is no finite number.
 Parsed<Sen> parse_sen(const Configuration& configuration, std::string_view text);
 /// As above, and an axis of AIPos that is missing. Everything else that is not in the message is 0.
 Parsed<Rob> parse_rob(const Configuration& configuration, std::string_view text);

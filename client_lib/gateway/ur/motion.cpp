@@ -9,6 +9,8 @@ namespace {
 // Of the external control program: deceleration at the end of a trajectory.
 constexpr double kSplineDeceleration = 15.0, kSplineSpeed = 6.283185;
 constexpr double kRest = 1e-6;
+/// Joints may need this share of their speed limit.
+constexpr double kSpeedTolerance = 1.001;
 
 }  // namespace
 
@@ -288,8 +290,12 @@ bool Motion::advance(double speed_scaling) {
       flange.v = Vec3(twist[0], twist[1], twist[2]);
       flange.v = flange.at(-(poses.X_RF.R * X_FT_.p));
       JointArray qd{};
-      if (!joint_velocities(arm_, poses, flange, qd)) {
-        stop();
+      bool feasible = joint_velocities(arm_, poses, flange, qd);
+      for (std::size_t i = 0; i < q_.size(); ++i)
+        feasible =
+            feasible && std::abs(speed_scaling * qd.at(i)) <= kSpeedTolerance * arm_.joints[i].max_velocity;
+      if (!feasible) {
+        stop(kSplineDeceleration);
         return false;
       }
       Vector6 wanted;
@@ -337,8 +343,8 @@ bool Motion::advance_run(Run& run, double speed_scaling) {
     go_to(next, &qd);
   } else {
     for (std::size_t i = 0; i < next.size(); ++i)
-      feasible =
-          feasible && std::abs(next.at(i) - q_.at(i)) <= 1.001 * arm_.joints[i].max_velocity * cycle_s_;
+      feasible = feasible &&
+                 std::abs(next.at(i) - q_.at(i)) <= kSpeedTolerance * arm_.joints[i].max_velocity * cycle_s_;
     if (!feasible) {
       stop(kSplineDeceleration);
       return false;

@@ -10,6 +10,7 @@
 //
 // the velocity is v times a mean of d and e, the least distance to P is 3/16 r |e - d|, the largest acceleration
 // 3/4 v^2 |e - d| / r. The curve of a real controller is not published; its ends are (UR, Script Manual e-Series, movel()).
+#include <algorithm>
 #include <array>
 #include <optional>
 
@@ -36,6 +37,15 @@ struct MoveOptions {
   double duration_s = 0.0;      ///< 0: as acceleration and speed allow
   double blend_radius_m = 0.0;  ///< of the TCP, at the end; 0: an exact stop
 };
+
+/// Of optimovej and optimovel, whose acceleration and speed are fractions of what the robot can do: of 15 rad/s^2 and 3 rad/s
+/// for a move of joints, of 1 m/s^2 and 1 m/s for a line.
+inline MoveOptions optimised(MoveOptions fractions, bool joints) {
+  constexpr double kLeast = 0.05, kJointAcceleration = 15.0, kJointSpeed = 3.0;
+  fractions.acceleration = std::max(kLeast, fractions.acceleration) * (joints ? kJointAcceleration : 1.0);
+  fractions.speed = std::max(kLeast, fractions.speed) * (joints ? kJointSpeed : 1.0);
+  return fractions;
+}
 
 /// movej, movel or movec.
 struct Move {

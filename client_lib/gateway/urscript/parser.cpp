@@ -65,6 +65,10 @@ class Parser {
     if (token().kind != Token::Kind::name) fail(std::string(what) + " is expected, found " + shown());
     return tokens_[at_++].text;
   }
+  /// Members may have the names of keywords: time().sec.
+  bool is_member_name() const {
+    return token().kind == Token::Kind::name || token().kind == Token::Kind::keyword;
+  }
   void skip_lines() {
     while (token().kind == Token::Kind::end_of_line) ++at_;
   }
@@ -325,7 +329,8 @@ class Parser {
       } else if (takes_symbol(".")) {
         Expression member = node(Expression::Kind::member, at, {});
         member.operands.push_back(std::move(base));
-        member.name = name("the name of a member");
+        if (!is_member_name()) fail("the name of a member is expected, found " + shown());
+        member.name = tokens_[at_++].text;
         if (is_symbol("(")) {
           member.kind = Expression::Kind::method;
           member.names.emplace_back();
@@ -342,8 +347,7 @@ class Parser {
     expect("(");
     while (!is_symbol(")")) {
       std::string given;
-      if (token().kind == Token::Kind::name && tokens_[at_ + 1].kind == Token::Kind::symbol &&
-          tokens_[at_ + 1].text == "=") {
+      if (is_member_name() && tokens_[at_ + 1].kind == Token::Kind::symbol && tokens_[at_ + 1].text == "=") {
         given = token().text;
         at_ += 2;
       }

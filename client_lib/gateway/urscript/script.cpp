@@ -62,6 +62,7 @@ int depth_behind(std::string_view code, int depth) {
   std::size_t begin = 0;
   bool in_word = false;
   const auto end_word = [&](std::size_t end) {
+    if (begin > 0 && code[begin - 1] == '.') return;  // a member, as in time().sec
     const std::string_view word = code.substr(begin, end - begin);
     if (opens_block(word)) ++depth;
     if (word == "end" && depth > 0) --depth;

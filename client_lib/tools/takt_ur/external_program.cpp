@@ -383,11 +383,7 @@ std::optional<Move> ExternalProgram::move_of(const rtde::TrajectoryPoint& point,
     }
     if (!motion.within_limits(move.q))
       throw urscript::ScriptError(1, 1, "movej: the target is outside of the joints' ranges");
-    if (is_of({optimovej, optimovej_pose})) {
-      // Fractions of what the robot can do.
-      move.options.acceleration = std::max(0.05, move.options.acceleration) * 15.0;
-      move.options.speed = std::max(0.05, move.options.speed) * 3.0;
-    }
+    if (is_of({optimovej, optimovej_pose})) move.options = optimised(move.options, true);
     return move;
   }
   if (is_of({movec, movec_joint, movec_joint_pose, movec_pose_joint})) {

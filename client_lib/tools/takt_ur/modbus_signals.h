@@ -1,7 +1,7 @@
 #pragma once
 // Signals on Modbus TCP servers that programs of URScript have added (modbus_add_signal): each is read in its period, outputs are
-// written when a program sets them. Programs read the newest value and never wait. Signals outlive their program, as on
-// the real controller.
+// written in it from the first time on that a program sets them. Programs read the newest value and never wait. Signals outlive
+// their program, as on the real controller.
 #include <deque>
 #include <map>
 
@@ -37,9 +37,14 @@ class ModbusSignals {
     std::uint8_t unit = 0;
     std::uint16_t address = 0;
     Kind kind = Kind::digital_input;
-    int value = 0, error = kNoAnswer;
-    std::uint64_t period_cycles = 1, next_cycle = 0;
-    bool asked = false;  ///< its read waits for an answer
+    bool multiple = false;       ///< a register is written by function 16, not 6
+    std::vector<int> values{0};  ///< of the coils or registers from the address on
+    int error = kNoAnswer;
+    std::uint64_t period_cycles = 1, next_cycle = 0, valid_cycle = 0;
+    bool cyclic = true, wanted = false;  ///< wanted: once, beside the period
+    bool asked = false;                  ///< a request of it waits for an answer
+    bool written = false;                ///< a program has set it
+    bool is_digital() const { return kind == Kind::digital_input || kind == Kind::digital_output; }
   };
   struct Request {
     std::string signal{};  ///< that the answer fills; empty: none
@@ -59,6 +64,9 @@ class ModbusSignals {
 
   void add(const CallArguments& arguments);
   void write(const CallArguments& arguments, bool is_register);
+  void set_period(const CallArguments& arguments);
+  static urscript::Value value_of(const Signal& signal);
+  static std::string request_of(const Signal& signal);
   Signal& signal(const CallArguments& arguments);
   /// Makes it for its first signal or request. Throws where too many are in use.
   Server& server(const std::string& name);

@@ -25,6 +25,32 @@ Value digital(const Reading& r, std::uint64_t bits, int first, int most) {
   return bit(bits, first + r.arguments.whole(0, most));
 }
 
+/// The bit of a number that stands for outputs 0 to 7, and of the tool 8 and 9.
+int digital_place(int number) {
+  return number < 8 ? number : 8 + number;
+}
+
+/// As the manual has it: about the flange. RTDE's is about the TCP.
+Value force_about_flange(const UrController& c) {
+  const Pose X_RT = c.motion().tool_pose(c.actual_position());
+  const Vec3 way = X_RT.p - (X_RT * c.motion().tool().inverse()).p;
+  const Vector6 lever = c.turned({way.x(), way.y(), way.z(), 0.0, 0.0, 0.0}, true);
+  Vector6 wrench = c.contact_force();
+  const Vec3 turned = Vec3(lever[0], lever[1], lever[2]).cross(Vec3(wrench[0], wrench[1], wrench[2]));
+  for (std::size_t i = 0; i < 3; ++i) wrench.at(3 + i) += turned[static_cast<Eigen::Index>(i)];
+  return list_value(wrench);
+}
+
+Value time_of(const Reading& r) {
+  static const auto names =
+      std::make_shared<const std::vector<std::string>>(std::vector<std::string>{"sec", "nanosec"});
+  if (r.arguments.number(0, 0.0) != 0.0)
+    r.arguments.fail("mode 0; the time of day would differ from run to run");
+  const double seconds = std::floor(r.controller.time_s());
+  return Value::record(
+      {Value::whole(seconds), Value::whole(std::round(1e9 * (r.controller.time_s() - seconds)))}, names);
+}
+
 Value tcp_pose(const UrController& c, const Vector6& q) {
   return pose_value(vector_of(c.to_base(c.motion().tool_pose(q))));
 }
@@ -96,7 +122,8 @@ Value jacobian(const Reading& r) {
 Value within_limits(const Reading& r) {
   const Motion& motion = r.controller.motion();
   if (r.arguments[0].list() != nullptr) return motion.within_limits(r.arguments.joints(0));
-  const auto q = motion.inverse_kinematics(r.controller.from_base(pose_of(r.arguments.pose(0))), r.near);
+  const auto q = motion.inverse_kinematics(r.controller.from_base(pose_of(r.arguments.pose(0))),
+                                           r.arguments.given(1) ? r.arguments.joints(1) : r.near);
   return q.has_value() && motion.within_limits(*q);
 }
 
@@ -107,16 +134,23 @@ const std::map<std::string_view, Reader>& readers() {
       {"get_standard_digital_in", [](R r) { return digital(r, r.controller.digital_inputs(), 0, 7); }},
       {"get_configurable_digital_in", [](R r) { return digital(r, r.controller.digital_inputs(), 8, 7); }},
       {"get_tool_digital_in", [](R r) { return digital(r, r.controller.digital_inputs(), 16, 1); }},
-      {"get_digital_in", [](R r) { return digital(r, r.controller.digital_inputs(), 0, 17); }},
+      {"get_digital_in",
+       [](R r) { return Value(bit(r.controller.digital_inputs(), digital_place(r.arguments.whole(0, 9)))); }},
       {"get_standard_digital_out", [](R r) { return digital(r, r.controller.digital_outputs(), 0, 7); }},
       {"get_configurable_digital_out", [](R r) { return digital(r, r.controller.digital_outputs(), 8, 7); }},
       {"get_tool_digital_out", [](R r) { return digital(r, r.controller.digital_outputs(), 16, 1); }},
-      {"get_digital_out", [](R r) { return digital(r, r.controller.digital_outputs(), 0, 17); }},
+      {"get_digital_out",
+       [](R r) {
+         return Value(bit(r.controller.digital_outputs(), digital_place(r.arguments.whole(0, 9))));
+       }},
       {"get_standard_analog_in", [](R r) { return r.controller.analog_input(r.arguments.whole(0, 1)); }},
       {"get_analog_in", [](R r) { return r.controller.analog_input(r.arguments.whole(0, 3)); }},
       {"get_tool_analog_in", [](R r) { return r.controller.analog_input(2 + r.arguments.whole(0, 1)); }},
       {"get_standard_analog_out",
        [](R r) { return r.controller.analog_output(r.arguments.whole(0, 1)) / kFullScale_V; }},
+      {"get_analog_out",
+       [](R r) { return r.controller.analog_output(r.arguments.whole(0, 1)) / kFullScale_V; }},
+      {"get_flag", [](R r) { return Value(r.controller.flag(r.arguments.whole(0, 31))); }},
       {"read_input_boolean_register", [](R r) { return register_of(r, true, "bit"); }},
       {"read_input_integer_register", [](R r) { return register_of(r, true, "int"); }},
       {"read_input_float_register", [](R r) { return register_of(r, true, "double"); }},
@@ -154,7 +188,27 @@ const std::map<std::string_view, Reader>& readers() {
        [](R r) {
          return tcp_speed(r.controller, r.controller.target_position(), r.controller.target_velocity());
        }},
-      {"get_tcp_force", [](R r) { return list_value(r.controller.contact_force()); }},
+      {"get_target_tcp_pose_along_path",
+       [](R r) { return tcp_pose(r.controller, r.controller.motion().position()); }},
+      {"get_target_tcp_speed_along_path",
+       [](R r) {
+         const Motion& motion = r.controller.motion();
+         return tcp_speed(r.controller, motion.position(), motion.velocity());
+       }},
+      {"get_tcp_force", [](R r) { return force_about_flange(r.controller); }},
+      {"get_gravity",
+       [](R r) {
+         const auto& g = r.controller.gravity();
+         return Value(std::vector<double>(g.begin(), g.end()));
+       }},
+      {"get_joint_temp",
+       [](R r) {
+         const auto joint = static_cast<std::size_t>(r.arguments.whole(0, 5));
+         return Value(r.controller.outputs()["joint_temperatures"].real.at(joint));
+       }},
+      {"get_tool_temp", [](R r) { return Value(r.controller.outputs()["tool_temperature"].real[0]); }},
+      {"get_tool_current", [](R r) { return Value(r.controller.outputs()["tool_output_current"].real[0]); }},
+      {"time", time_of},
       {"force",
        [](R r) {
          const Vector6& f = r.controller.contact_force();
@@ -175,8 +229,7 @@ const std::map<std::string_view, Reader>& readers() {
          return Value(std::vector<double>(cog.begin(), cog.end()));
        }},
       {"get_target_payload_inertia", [](R r) { return list_value(r.controller.payload().inertia_kg_m2); }},
-      {"is_steady",
-       [](R r) { return Value(r.controller.motion().at_rest() && !r.controller.motion().follows()); }},
+      {"is_steady", [](R r) { return Value(r.controller.is_steady()); }},
       {"get_forward_kin", forward},
       {"get_inverse_kin",
        [](R r) {
@@ -205,10 +258,9 @@ Setter digital_output(int first, int most) {
 
 void set_payload(UrController& c, A a) {
   Payload payload{a.number(0)};
-  if (a.given(1)) {
-    const auto cog = a.numbers(1, 3);
-    std::copy(cog.begin(), cog.end(), payload.center_of_gravity_m.begin());
-  }
+  const std::vector<double> cog =
+      a.given(1) ? a.numbers(1, 3) : std::vector<double>(c.tcp_offset().begin(), c.tcp_offset().begin() + 3);
+  std::copy(cog.begin(), cog.end(), payload.center_of_gravity_m.begin());
   if (a.function() == "set_target_payload" && a.given(2)) payload.inertia_kg_m2 = a.six(2);
   c.set_payload(payload);
 }
@@ -251,9 +303,29 @@ void begin_freedrive(UrController& c, A a) {
       const Vector6 free = a.six(0);
       std::transform(free.begin(), free.end(), axes.begin(), [](double one) { return one != 0.0; });
     }
-    if (a.given(1)) X_RK = c.from_base(pose_of(a.pose(1)));
+    if (const std::string* frame = a[1].text()) {
+      static const std::map<std::string_view, bool> of_tool{
+          {"base", false},
+          {"tool", true},
+      };
+      const auto found = of_tool.find(*frame);
+      if (found == of_tool.end()) a.fail("p[x, y, z, rx, ry, rz], \"base\", \"tool\"");
+      if (found->second) X_RK = c.motion().tool_pose(c.target_position());
+    } else if (a.given(1)) {
+      X_RK = c.from_base(pose_of(a.pose(1)));
+    }
   }
   c.start_freedrive(axes, X_RK);
+}
+
+void begin_screw_driving(UrController& c, A a) {
+  ForceModeOptions options = c.next_force_mode();
+  options.X_RK = c.motion().tool_pose(c.target_position());
+  options.compliant[2] = true;
+  options.wrench[2] = a.number(0);
+  options.speed_limit.fill(1.0);
+  options.speed_limit[2] = a.number(1);
+  c.start_force_mode(options);
 }
 
 void set_sensor_of_client(UrController& c, A a) {
@@ -261,7 +333,9 @@ void set_sensor_of_client(UrController& c, A a) {
     const std::vector<double> v = a.given(i) ? a.numbers(i, 3) : std::vector<double>(3, 0.0);
     return Vec3(v[0], v[1], v[2]);
   };
-  c.set_driver_sensor({a.flag(0), three(2), three(3), a.number(1, 0.0)});
+  const Vec3 offset = three(2);
+  c.set_driver_sensor(
+      {a.flag(0), a.function() == "ft_rtde_input_enable" ? offset : -offset, three(3), a.number(1, 0.0)});
 }
 
 void set_watchdog(UrController& c, A a) {
@@ -296,7 +370,16 @@ const std::map<std::string_view, Setter>& setters() {
       {"set_standard_digital_out", digital_output(0, 7)},
       {"set_configurable_digital_out", digital_output(8, 7)},
       {"set_tool_digital_out", digital_output(16, 1)},
-      {"set_digital_out", digital_output(0, 17)},
+      {"set_digital_out",
+       [](UrController& c, A a) {
+         const int number = digital_place(a.whole(0, 9));
+         c.set_digital_output(number, a.flag(1));
+       }},
+      {"set_flag",
+       [](UrController& c, A a) {
+         const int number = a.whole(0, 31);
+         c.set_flag(number, a.flag(1));
+       }},
       {"set_standard_analog_out", analog},
       {"set_analog_out", analog},
       {"set_tool_voltage",
@@ -327,10 +410,13 @@ const std::map<std::string_view, Setter>& setters() {
       {"force_mode_set_damping", set_force_mode_option},
       {"force_mode_set_gain_scaling", set_force_mode_option},
       {"freedrive_mode", begin_freedrive},
+      {"freedrive_mode_no_incorrect_payload_check", begin_freedrive},
       {"teach_mode", begin_freedrive},
+      {"screw_driving", begin_screw_driving},
       {"end_force_mode", end_force},
       {"end_freedrive_mode", end_force},
       {"end_teach_mode", end_force},
+      {"end_screw_driving", end_force},
   };
   return all;
 }

@@ -23,7 +23,8 @@ constexpr double kSameTarget = 1e-6;
 constexpr double kServoArrived = 1e-4;
 
 bool is_move(std::string_view name) {
-  return name == "movej" || name == "movel" || name == "movep" || name == "movec";
+  return name == "movej" || name == "movel" || name == "movep" || name == "movec" || name == "optimovej" ||
+         name == "optimovel";
 }
 
 bool similar(const Value& a, const Value& b) {
@@ -173,7 +174,9 @@ bool ScriptRun::is_over(const HostCall& call, const CallArguments& arguments, Wa
 Move ScriptRun::move_of(const CallArguments& a, const Vector6& near) const {
   const std::string_view f = a.function();
   const Motion& motion = controller_.motion();
-  const bool joints = f == "movej", arc = f == "movec", timed = joints || f == "movel";
+  const bool joints = f == "movej" || f == "optimovej", arc = f == "movec",
+             timed = f == "movej" || f == "movel", fractions = f.substr(0, 4) == "opti";
+  constexpr double kFraction = 0.3;
   // The target is a position of all joints or a pose; what the function wants, the other is turned into.
   const auto target = [&](std::size_t i, Vector6& q, Pose& X_RT) {
     if (a[i].list() == nullptr && a[i].pose() == nullptr) a.fail("[q0, .., q5] or p[x, y, z, rx, ry, rz]");
@@ -190,12 +193,13 @@ Move ScriptRun::move_of(const CallArguments& a, const Vector6& near) const {
   Vector6 via{};
   if (arc) target(at++, via, move.X_RT_via);
   target(at++, move.q, move.X_RT);
-  move.options.acceleration = a.number(at++, 0.0);
-  move.options.speed = a.number(at++, 0.0);
+  move.options.acceleration = a.number(at++, fractions ? kFraction : 0.0);
+  move.options.speed = a.number(at++, fractions ? kFraction : 0.0);
   if (timed) move.options.duration_s = a.number(at++, 0.0);
+  if (fractions) move.options = optimised(move.options, joints);
   move.options.blend_radius_m = std::max(0.0, a.number(at, 0.0));
   if (joints && !motion.within_limits(move.q))
-    throw ValueError("movej: the target is outside of the joints' ranges");
+    throw ValueError(std::string(f) + ": the target is outside of the joints' ranges");
   return move;
 }
 

@@ -93,8 +93,22 @@ std::optional<Value> floats(std::string& received, const CallArguments& a) {
   return counted(values);
 }
 
+/// With \n, \r and \t as the characters that they stand for.
+std::string unescaped(const std::string& text) {
+  std::string made;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char next = text[i] == '\\' && i + 1 < text.size() ? text[i + 1] : '\0';
+    const char meant = next == 'n' ? '\n' : next == 'r' ? '\r' : next == 't' ? '\t' : '\0';
+    made += meant == '\0' ? text[i] : meant;
+    if (meant != '\0') ++i;
+  }
+  return made;
+}
+
 std::optional<Value> string(std::string& received, const CallArguments& a) {
-  const std::string prefix = a.text(1, ""), suffix = a.text(2, "");
+  const bool escapes = a.flag(3, false);
+  const auto mark = [&](std::size_t i) { return escapes ? unescaped(a.text(i, "")) : a.text(i, ""); };
+  const std::string prefix = mark(1), suffix = mark(2);
   std::size_t begin = urscript::position_of(received, prefix);
   if (received.empty() || begin == std::string::npos) return std::nullopt;
   begin += prefix.size();
@@ -187,12 +201,15 @@ Value ScriptSockets::open(const CallArguments& a) {
   return {};
 }
 
-void ScriptSockets::send(const CallArguments& a, const std::string& name, const std::string& text) {
+bool ScriptSockets::send(const CallArguments& a, const std::string& name, const std::string& text) {
   const auto found = sockets_.find(name);
-  if (found != sockets_.end() && found->second->connection && found->second->connection->is_open())
+  const bool open =
+      found != sockets_.end() && found->second->connection && found->second->connection->is_open();
+  if (open)
     found->second->connection->send(text);
   else
     controller_.log(std::string(a.function()) + ": the socket is not open.");
+  return open;
 }
 
 bool ScriptSockets::is_full(const std::string& name) const {
@@ -222,18 +239,16 @@ std::optional<Value> ScriptSockets::call(const CallArguments& a, bool begins, st
   if (read == std::end(kReads)) {
     const std::string name = name_of(a, f == "socket_set_var" ? 2 : 1);
     if (is_full(name)) return std::nullopt;
-    if (f == "socket_set_var")
-      send(a, name, "set " + sent_text(a[0]) + " " + sent_text(a[1]) + "\n");
-    else if (f == "socket_send_line")
-      send(a, name, sent_text(a[0]) + "\n");
-    else if (f == "socket_send_string")
-      send(a, name, sent_text(a[0]));
-    else
-      send(a, name, big_endian(a.number(0), f == "socket_send_int" ? 4 : 1));
-    return Value();
+    if (f == "socket_set_var") {
+      send(a, name, "SET " + sent_text(a[0]) + " " + sent_text(a[1]) + "\n");
+      return Value();
+    }
+    if (f == "socket_send_line") return send(a, name, sent_text(a[0]) + "\n");
+    if (f == "socket_send_string") return send(a, name, sent_text(a[0]));
+    return send(a, name, big_endian(a.number(0), f == "socket_send_int" ? 4 : 1));
   }
   const std::string name = name_of(a, read->name);
-  if (begins && f == "socket_get_var") send(a, name, "get " + a.text(0) + "\n");
+  if (begins && f == "socket_get_var") send(a, name, "GET " + a.text(0) + "\n");
   const auto found = sockets_.find(name);
   if (found == sockets_.end() || !found->second->connection) return read->otherwise(a);
   if (auto value = read->reader(found->second->received, a)) return value;

@@ -26,7 +26,8 @@ class ScriptSockets {
   };
 
   urscript::Value open(const CallArguments& arguments);
-  void send(const CallArguments& arguments, const std::string& name, const std::string& text);
+  /// False where the socket is not open.
+  bool send(const CallArguments& arguments, const std::string& name, const std::string& text);
   bool is_full(const std::string& name) const;
   static std::string name_of(const CallArguments& arguments, std::size_t position);
 

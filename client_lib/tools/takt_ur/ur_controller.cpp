@@ -111,6 +111,8 @@ void UrController::advance() {
     }
     drive();
   }
+  if (std::any_of(target_qd_.begin(), target_qd_.end(), [](double v) { return v != 0.0; }))
+    moved_cycle_ = cycle_;
   fill_outputs();
 }
 

@@ -108,7 +108,8 @@ class UrController final : public rtde::DashboardRobot {
   void set_digital_output(int number, bool value);  ///< 0..7 standard, 8..15 configurable, 16..17 tool
   void set_analog_output(int number, double fraction);
   void set_tool_voltage(int volts) { tool_voltage_ = volts; }
-  void set_payload(const Payload& payload) { payload_ = payload; }
+  /// The present force becomes zero, as on the robot.
+  void set_payload(const Payload& payload);
   void set_tcp(const Vector6& offset);
   void set_gravity(const std::array<double, 3>& gravity) { gravity_ = gravity; }
   void zero_force_sensor();
@@ -120,7 +121,8 @@ class UrController final : public rtde::DashboardRobot {
     Vec3 origin_F = Vec3::Zero(), center_of_gravity_F = Vec3::Zero();
     double mass_kg = 0.0;
   };
-  void set_driver_sensor(const DriverSensor& sensor) { driver_sensor_ = sensor; }
+  /// A program that has no watchdog gets one that pauses it where the input is written less often than at 10 Hz.
+  void set_driver_sensor(const DriverSensor& sensor);
   /// Force mode, until end_force_mode() or the program's end. Throws urscript::ScriptError for invalid options, and where
   /// nothing measures a force.
   void start_force_mode(const ForceModeOptions& options);
@@ -135,6 +137,12 @@ class UrController final : public rtde::DashboardRobot {
   void write_output_int(int number, std::int64_t value);
   void write_output_bit(int number, bool value);
   const Payload& payload() const { return payload_; }
+  const std::array<double, 3>& gravity() const { return gravity_; }
+  /// Internal bits 0..31 of programs, which outlast them.
+  bool flag(int number) const { return (flags_ >> static_cast<unsigned>(number) & 1U) != 0; }
+  void set_flag(int number, bool value);
+  /// No target velocity for half a second.
+  bool is_steady() const { return cycle_ >= moved_cycle_ + kSteadyCycles; }
   const Vector6& tcp_offset() const { return tcp_offset_; }
   /// Pauses or ends programs while clients write an RTDE input less often; 0 s: ends the watch.
   void set_watchdog(const std::string& input, double longest_s, bool ends);
@@ -230,6 +238,9 @@ class UrController final : public rtde::DashboardRobot {
   std::string loaded_;
   bool drives_ = false;  ///< set-points are sent
   std::uint64_t at_rest_since_ = 0;
+  static constexpr std::uint64_t kSteadyCycles = 250;
+  std::uint64_t moved_cycle_ = 0;  ///< the newest one with a target velocity
+  std::uint32_t flags_ = 0;
 
   std::shared_ptr<const State> state_;
   Vector6 actual_q_{}, actual_qd_{}, actual_effort_{};
@@ -251,7 +262,7 @@ class UrController final : public rtde::DashboardRobot {
   struct Watchdog {
     std::string input;
     std::uint64_t longest_cycles = 0, begun_cycle = 0;
-    bool ends = false;
+    bool ends = false, of_sensor = false;  ///< of_sensor: it came with the sensor
   };
   std::vector<Watchdog> watchdogs_;
   std::deque<std::string> log_;  ///< the newest lines

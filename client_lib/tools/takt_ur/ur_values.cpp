@@ -73,6 +73,26 @@ void UrController::set_tcp(const Vector6& offset) {
   restart_force_mode(target_q_);
 }
 
+void UrController::set_payload(const Payload& payload) {
+  payload_ = payload;
+  measure_force();
+  zero_force_sensor();
+}
+
+void UrController::set_driver_sensor(const DriverSensor& sensor) {
+  constexpr double kLongest_s = 0.1;
+  driver_sensor_ = sensor;
+  std::erase_if(watchdogs_, [](const Watchdog& one) { return one.of_sensor; });
+  if (!sensor.enabled || !watchdogs_.empty()) return;
+  set_watchdog("external_force_torque", kLongest_s, false);
+  watchdogs_.back().of_sensor = true;
+}
+
+void UrController::set_flag(int number, bool value) {
+  const std::uint32_t bit = std::uint32_t{1} << static_cast<unsigned>(number);
+  flags_ = value ? flags_ | bit : flags_ & ~bit;
+}
+
 void UrController::zero_force_sensor() {
   force_bias_ = measured_force_;
   sensor_zero_F_ = sensed_F_;

@@ -1,6 +1,6 @@
 """An RSI program written from the fact sheet alone: answers each packet of a KRC with corrections.
 
-rsi_client.py PORT [--packets N] [--amplitude DEG] [--period S] [--relative] [--fault FAULT] [--gripper AT,AT]
+rsi_client.py PORT [--packets N] [--amplitude DEG] [--period S] [--relative] [--fault FAULT] [--sentype NAME] [--gripper AT,AT]
 A sine on axis 1 over the packets, then Stop. Prints a line of JSON: packets, largest difference between AIPos and the
 correction that was commanded a cycle before, D, and the number of cycles by IPOC.
 Faults: radians, ipoc (IPOC + 1), malformed, silent:N:M (no answer from packet N on, M times), twice, late.
@@ -20,6 +20,7 @@ arguments.add_argument("--period", type=float, default=2.0)
 arguments.add_argument("--relative", action="store_true")
 arguments.add_argument("--fault", default="")
 arguments.add_argument("--gripper", default="", help="packets at which GPIO.01 becomes 1, 0, 1, ...")
+arguments.add_argument("--sentype", default="KROSHU")
 arguments.add_argument("--no-stop", action="store_true")
 a = arguments.parse_args()
 
@@ -45,7 +46,7 @@ def receive():
 
 def answer(peer, ipoc, correction, stop=0, gripper=None):
     gpio = "" if gripper is None else f'<GPIO 01="{gripper}"/>'
-    text = (f'<Sen Type="test"><Stop>{stop}</Stop><AK A1="{correction:.6f}" A2="0.000000" A3="0.000000" A4="0.000000" '
+    text = (f'<Sen Type="{a.sentype}"><Stop>{stop}</Stop><AK A1="{correction:.6f}" A2="0.000000" A3="0.000000" A4="0.000000" '
             f'A5="0.000000" A6="0.000000"/>{gpio}<IPOC>{ipoc}</IPOC></Sen>')
     if a.fault == "malformed":
         text = text[:-7]
