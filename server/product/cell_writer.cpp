@@ -216,7 +216,7 @@ class Writer {
 
   /// Voxels for V-HACD, whose time grows with them: a product of many such bodies has to load, too.
   std::int64_t resolution() const {
-    constexpr std::int64_t kInAll = 1'000'000, kLeast = 40'000, kMost = 400'000;
+    constexpr std::int64_t kInAll = 1'000'000, kLeast = 30'000, kMost = 100'000;
     const auto bodies = std::count_if(choices_.begin(), choices_.end(), [](const ConvexChoice& choice) {
       return choice.method == ConvexMethod::vhacd;
     });
