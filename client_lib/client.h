@@ -115,7 +115,7 @@ class Client {
  public:
   /// Joins the domain and waits until the cell has sent its description and status. Throws ClientError:
   /// not_found when the cell does not answer within options.timeout (the text names the cells that do),
-  /// transport when DDS cannot start.
+  /// transport when DDS cannot start. From then on Fast DDS uses its transports within this process, too.
   explicit Client(ClientOptions options = {});
   ~Client();
   Client(const Client&) = delete;

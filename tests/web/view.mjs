@@ -132,6 +132,13 @@ await observer.waitForFunction(() => takt.last.state, null, {timeout: 300000});
 assert.ok(await observer.locator('#play').isDisabled());
 await observer.close();
 
+stage('a silent server');
+// A server that stands still sends no status; the page says so until it goes on.
+running.kill('SIGSTOP');
+await until(() => /^silent for \d+ s$/.test(document.querySelector('#connection').textContent));
+running.kill('SIGCONT');
+await until(() => document.querySelector('#connection').textContent === 'connected');
+
 stage('restart of the server');
 // The server is started again: the page finds it by itself.
 await stop(controller);

@@ -54,8 +54,9 @@ const link = new Link(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${loca
   open(info) {
     $('name').textContent = info.name;
     document.title = info.name;
-    $('connection').textContent = info.metadata.source === 'file' ? 'recording' : 'connected';
-    $('connection').className = '';
+    live = info.metadata.source !== 'file';
+    quiet = 0;
+    hear();
     const observer = info.metadata.control !== 'true' || new URLSearchParams(location.search).has('observer');
     for (const control of $('controls').querySelectorAll('button, input, select')) control.disabled = observer;
     lower.open(info.metadata.source === 'file', observer);
@@ -78,6 +79,19 @@ const link = new Link(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${loca
   if (wanted) subscribed.add(channel.id);
   return wanted;
 });
+// Seconds without a status, of which ten come each second. A page that is busy itself counts fewer.
+let live = false, quiet = 0;
+function hear() {
+  const silent = live && quiet > 2;
+  $('connection').textContent = silent ? `silent for ${quiet} s` : live ? 'connected' : 'recording';
+  $('connection').title = silent ? 'takt-server has ended, stands still, or its machine is overloaded. The picture is the last one that came.' : '';
+  $('connection').className = silent ? 'off' : '';
+}
+setInterval(() => {
+  if (link.socket.readyState !== WebSocket.OPEN) return;
+  ++quiet;
+  hear();
+}, 1000);
 const subscribed = new Set();
 
 // Topics that only plots need, or pictures of pressure.
@@ -134,7 +148,12 @@ const takes = {
     pressureLegend(pairs);
     if (playback) listPairs(sample.pairs.map(({base, target}) => pairName(base, target)));
   },
-  status() { drawn.status = true; },
+  status() {
+    drawn.status = true;
+    const before = quiet;
+    quiet = 0;
+    if (before > 2) hear();
+  },
   playback(at) {
     if (!playback) { playback = at; subscribe(); }
     playback = at;

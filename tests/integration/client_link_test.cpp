@@ -1,0 +1,57 @@
+// The Fast DDS entities of a client.
+#include <gtest/gtest.h>
+
+#include <condition_variable>
+#include <mutex>
+#include <optional>
+#include <thread>
+
+#include "client_lib/dds_link.h"
+#include "takt_topics.h"
+#include "tests/support/dds_service.h"
+
+namespace takt {
+namespace {
+
+using takt_msgs::msg::Event;
+
+/// Delivery in the thread that writes holds locks of one participant and takes those of another: two of them at a time
+/// wait for each other for ever. `takt view` has four participants.
+TEST(ClientLink, NoParticipantCallsAnotherOneOfItsProcess) {
+  const int domain = static_cast<int>(test::test_domain());
+  std::mutex mutex;
+  std::condition_variable changed;
+  int readers = 0;
+  std::optional<std::thread::id> arrived_in;
+  client::ReaderListener<Event> on_sample([&](Event&&, const client::GuidPrefix&) {
+    const std::lock_guard lock(mutex);
+    arrived_in = std::this_thread::get_id();
+    changed.notify_all();
+  });
+  client::WriterListener on_match(
+      [&](int count) {
+        const std::lock_guard lock(mutex);
+        readers = count;
+        changed.notify_all();
+      },
+      [](int) {});
+  client::Link receiving(domain, "receiving", {}), sending(domain, "sending", {});
+  receiving.create_reader(topics::event, "cell/event", &on_sample);
+  dds::DataWriter* writer =
+      sending.create_writer("rt/cell/event", dds::TypeSupport(new MessageType<Event>()),
+                            writer_qos(sending.default_writer_qos(), qos_of(topics::event)), &on_match);
+  std::unique_lock lock(mutex);
+  changed.wait(lock, [&] { return readers > 0; });
+  // The writer may know the reader before the reader knows the writer.
+  while (!arrived_in) {
+    lock.unlock();
+    Event event;
+    ASSERT_TRUE(written(*writer, event));
+    lock.lock();
+    changed.wait_for(lock, std::chrono::milliseconds{50});
+  }
+  EXPECT_NE(*arrived_in, std::this_thread::get_id());
+}
+
+}  // namespace
+}  // namespace takt
