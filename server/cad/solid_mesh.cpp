@@ -218,6 +218,9 @@ bool make_body(const TopoDS_Shape& given, double deflection_m, double angle_rad,
                std::vector<std::string>& notes) {
   TriangulatedSolid triangulated = triangulate(given, deflection_m / kMm, angle_rad);
   const TopoDS_Shape& solid = triangulated.shape;
+  if (triangulated.open_edges == 0 && triangulated.sewn_gap_mm > 0.0)
+    notes.push_back(body.name + ": its faces do not meet everywhere and are sewn over gaps of at most " +
+                    number_text(triangulated.sewn_gap_mm, 2) + " mm");
   body.mesh = std::move(triangulated.mesh);
   body.triangle_faces = std::move(triangulated.triangle_faces);
   if (body.mesh.triangles.empty()) {

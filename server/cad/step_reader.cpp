@@ -42,6 +42,7 @@
 #include "idl/common/text.h"
 #include "server/cad/body_bytes.h"
 #include "server/cad/child_process.h"
+#include "server/cad/sewn_solids.h"
 #include "server/cad/solid_mesh.h"
 #include "server/cad/step_densities.h"
 #include "server/cad/step_operators.h"
@@ -127,6 +128,7 @@ class StepFile::Reader {
         product_.name = name_of(roots.Value(1));
       visit(roots.Value(i), gp_Trsf(), "", {});
     }
+    note_unread_files();
     if (product_.instances.empty()) {
       std::string reason = "found no solid";
       for (const std::string& note : product_.notes) reason += "; " + note;
@@ -181,7 +183,8 @@ class StepFile::Reader {
     state_densities_in_g_per_cm3(*reader.ChangeReader().WS()->Model());
     if (!reader.Transfer(document_))
       fail(file_, "its shapes cannot be transferred: entities are missing or damaged");
-    note_missing_files(reader);
+    uses_ = structure.uses;
+    find_unread_files(reader);
   }
 
   [[noreturn]] void fail_of_size(const std::string& assembly) const {
@@ -192,15 +195,23 @@ class StepFile::Reader {
                     "a part of the product");
   }
 
-  void note_missing_files(const STEPCAFControl_Reader& reader) {
+  void find_unread_files(const STEPCAFControl_Reader& reader) {
     using Files = NCollection_DataMap<TCollection_AsciiString, Handle(STEPCAFControl_ExternFile)>;
     for (Files::Iterator at(reader.ExternFiles()); at.More(); at.Next())
       if (at.Value().IsNull() || at.Value()->GetLoadStatus() != IFSelect_RetDone ||
           !at.Value()->GetTransferStatus()) {
-        product_.notes.push_back("the file '" + std::string(at.Key().ToCString()) +
-                                 "', which it refers to, cannot be read beside it; its parts are missing");
-        files_missing_ = true;
+        unread_files_.emplace_back(at.Key().ToCString());
       }
+  }
+
+  /// CATIA names the source of each part, and writes its shape into the file all the same.
+  void note_unread_files() {
+    files_missing_ =
+        !unread_files_.empty() && (uses_ >= static_cast<double>(visited_) || !shapeless_.empty());
+    if (!files_missing_) return;
+    for (const std::string& file : unread_files_)
+      product_.notes.push_back("the file '" + file +
+                               "', which it refers to, cannot be read beside it; its parts are missing");
   }
 
   void visit(const TDF_Label& label, const gp_Trsf& X_WP, const std::string& above,
@@ -261,6 +272,7 @@ class StepFile::Reader {
     if (known != made_.end()) return known->second;
     std::vector<std::size_t>& made = made_[key];
     TopoDS_Shape shape = XCAFDoc_ShapeTool::GetShape(part);
+    if (shape.IsNull() || !TopExp_Explorer(shape, TopAbs_FACE).More()) shapeless_.push_back(name);
     if (shape.IsNull()) return made;
     std::string problem;
     shape = operators_->placed(shape, problem);
@@ -313,7 +325,7 @@ class StepFile::Reader {
   std::vector<TopoDS_Shape> solids_of(const TopoDS_Shape& shape, const std::string& name) {
     std::vector<TopoDS_Shape> solids;
     for (TopExp_Explorer at(shape, TopAbs_SOLID); at.More(); at.Next()) solids.push_back(at.Current());
-    int open = 0;
+    std::vector<TopoDS_Shape> open_surfaces;
     for (TopExp_Explorer at(shape, TopAbs_SHELL, TopAbs_SOLID); at.More(); at.Next()) {
       const TopoDS_Shell shell = TopoDS::Shell(at.Current());
       BRepBuilderAPI_MakeSolid made(shell);
@@ -321,10 +333,19 @@ class StepFile::Reader {
         solids.push_back(static_cast<const TopoDS_Shape&>(made.Solid()));
         product_.notes.push_back(name + ": a closed shell is taken for a solid");
       } else {
-        ++open;
+        open_surfaces.push_back(shell);
       }
     }
-    for (TopExp_Explorer at(shape, TopAbs_FACE, TopAbs_SHELL); at.More(); at.Next()) ++open;
+    for (TopExp_Explorer at(shape, TopAbs_FACE, TopAbs_SHELL); at.More(); at.Next())
+      open_surfaces.push_back(at.Current());
+    if (open_surfaces.empty()) return solids;
+    const SewnSolids sewn = sew(open_surfaces);
+    solids.insert(solids.end(), sewn.solids.begin(), sewn.solids.end());
+    if (!sewn.solids.empty())
+      product_.notes.push_back(name + ": its surfaces are sewn to " +
+                               counted(sewn.solids.size(), "solid", "solids") + ", over gaps of at most " +
+                               number_text(sewn.largest_gap_mm, 2) + " mm");
+    const int open = sewn.left;
     if (open > 0)
       product_.notes.push_back(name + ": " + std::to_string(open) +
                                (open == 1 ? " surface bounds no solid and is left out"
@@ -387,7 +408,10 @@ class StepFile::Reader {
   Handle(XCAFDoc_ColorTool) colours_;
   std::optional<StepOperators> operators_;
   std::size_t visited_ = 0;
-  bool files_missing_ = false;                            ///< which the file refers to
+  double uses_ = 0.0;                                     ///< of parts and assemblies, as the file states
+  std::vector<std::string> unread_files_;                 ///< which the file refers to
+  std::vector<std::string> shapeless_;                    ///< parts
+  bool files_missing_ = false;                            ///< which hold parts
   std::map<std::string, std::vector<std::size_t>> made_;  ///< bodies by label of the part
 };
 

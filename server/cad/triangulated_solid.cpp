@@ -18,6 +18,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "server/cad/sewn_solids.h"
 #include "server/cad/vectors.h"
 #include "server/product/fill_holes.h"
 
@@ -91,11 +92,11 @@ void collect_mesh(const TopoDS_Shape& solid, TriangleMesh& mesh, std::vector<int
 }
 
 /// Ways of meshing. All keep `deflection_mm`; a coarser angle changes small radii only.
-enum class Way { as_it_is, closed_faces_divided, finer, coarser_in_angle, mended };
-constexpr std::array kWays{Way::as_it_is, Way::closed_faces_divided, Way::finer, Way::coarser_in_angle,
-                           Way::mended};
+enum class Way { as_it_is, closed_faces_divided, finer, coarser_in_angle, mended, sewn };
+constexpr std::array kWays{
+    Way::as_it_is, Way::closed_faces_divided, Way::finer, Way::coarser_in_angle, Way::mended, Way::sewn};
 
-TopoDS_Shape prepared(const TopoDS_Shape& solid, Way way) {
+TopoDS_Shape prepared(const TopoDS_Shape& solid, Way way, double& sewn_gap_mm) {
   switch (way) {
     case Way::closed_faces_divided: {
       ShapeUpgrade_ShapeDivideClosed divide(solid);
@@ -107,6 +108,11 @@ TopoDS_Shape prepared(const TopoDS_Shape& solid, Way way) {
       ShapeFix_Shape fix(solid);
       fix.Perform();
       return fix.Shape();
+    }
+    case Way::sewn: {
+      const SewnSolids solids = sew({solid});
+      sewn_gap_mm = solids.largest_gap_mm;
+      return solids.solids.size() == 1 && solids.left == 0 ? solids.solids.front() : TopoDS_Shape();
     }
     default:
       return solid;
@@ -122,7 +128,7 @@ void finish(TriangulatedSolid& result, double deflection_mm, double angle_rad) {
 
 TriangulatedSolid attempt(const TopoDS_Shape& solid, Way way, double deflection_mm, double angle_rad) {
   TriangulatedSolid result;
-  result.shape = prepared(solid, way);
+  result.shape = prepared(solid, way, result.sewn_gap_mm);
   if (result.shape.IsNull()) return result;
   if (way == Way::finer) deflection_mm *= 0.5;
   if (way == Way::coarser_in_angle) angle_rad *= 2.5;

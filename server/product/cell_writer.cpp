@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <fstream>
 #include <functional>
 #include <map>
@@ -154,12 +155,15 @@ class Writer {
     std::vector<NamedMesh> objects;
     for (std::size_t i = 0; i < boxes.size(); ++i)
       objects.push_back({i == 0 ? "plate" : "post_" + std::to_string(i), boxes[i], {}});
+    on_pads_ = support.on_pads;
+    for (std::size_t i = 0; i < on_pads_.size(); ++i) {
+      objects.push_back({"pad_" + std::to_string(i + 1), support.pads[i], {}});
+      result_.notes.push_back("no part or post holds " + product_.instances[on_pads_[i]].name +
+                              " at level 1, as nothing that stays touches it and no place under it is free: "
+                              "a pad of the support inside it "
+                              "does, which is assumed");
+    }
     write_objects(directory_ / "meshes" / "Support.obj", objects);
-    unheld_.insert(support.unheld.begin(), support.unheld.end());
-    for (const std::size_t i : support.unheld)
-      result_.notes.push_back(
-          "nothing holds " + product_.instances[i].name +
-          ": no place under it is free for a post of the support; place it on a Ground of your own");
   }
 
   /// A pad of the jaw on the +y side, and the body, both from the flange on; the tool is twice as long as its fingers.
@@ -203,11 +207,20 @@ class Writer {
       case ConvexMethod::pieces:
         return ", convex: meshes/" + files_[body] + "_convex.obj";
       case ConvexMethod::vhacd:
-        return ", convex: vhacd";
+        return ", convex: {method: vhacd, resolution: " + std::to_string(resolution()) + "}";
       case ConvexMethod::hull:
         break;
     }
     return "";
+  }
+
+  /// Voxels for V-HACD, whose time grows with them: a product of many such bodies has to load, too.
+  std::int64_t resolution() const {
+    constexpr std::int64_t kInAll = 1'000'000, kLeast = 30'000, kMost = 100'000;
+    const auto bodies = std::count_if(choices_.begin(), choices_.end(), [](const ConvexChoice& choice) {
+      return choice.method == ConvexMethod::vhacd;
+    });
+    return std::clamp(kInAll / std::max<std::int64_t>(bodies, 1), kLeast, kMost);
   }
 
   void scenario(std::ostream& out, const std::string& name, const RobotPlan* robot) {
@@ -251,23 +264,17 @@ class Writer {
   }
 
   void expectations(std::ostream& out, bool robot) const {
-    if (unheld_.size() == product_.instances.size()) return;
     out << "\n# Where the parts are at the end: "
         << (robot ? "the robot puts each one back" : "nothing moves the product")
-        << (unheld_.empty() ? ".\n" : "; without those that nothing holds.\n")
-        << "expected:\n  tolerance_m: " << number_text(kPlaceTolerance_m) << "\n  parts:\n";
-    const auto held = [&](auto&& visit) {
-      for (std::size_t i = 0; i < product_.instances.size(); ++i)
-        if (!unheld_.contains(i)) visit(product_.instances[i]);
-    };
-    held([&](const Instance& one) { out << "    " << one.name << ": {" << pose(one.X_WB) << "}\n"; });
+        << ".\nexpected:\n  tolerance_m: " << number_text(kPlaceTolerance_m) << "\n  parts:\n";
+    for (const Instance& one : product_.instances)
+      out << "    " << one.name << ": {" << pose(one.X_WB) << "}\n";
     if (!robot) return;
     out << "\n# Exit code 3 of takt-run where one is not.\nassertions:\n";
-    held([&](const Instance& one) {
+    for (const Instance& one : product_.instances)
       out << "  " << one.name << " is in its place: {check: pose, part: " << one.name << ", pose: {"
           << pose(one.X_WB) << "}, tolerance_m: " << number_text(kPlaceTolerance_m)
           << ", tolerance_deg: " << number_text(kPlaceTolerance_deg) << "}\n";
-    });
   }
 
   static std::string pose(const Pose& X) {
@@ -368,7 +375,7 @@ class Writer {
   /// Pairs that stand inside each other at the start.
   void overlaps(std::ostream& out) const {
     const auto meant = meant_overlaps();
-    if (meant.empty() && overlaps_.empty()) return;
+    if (meant.empty() && overlaps_.empty() && on_pads_.empty()) return;
     const auto pair = [&](std::size_t a, std::size_t b) {
       return "    - [" + product_.instances[a].name + ", " + product_.instances[b].name + "]";
     };
@@ -380,6 +387,8 @@ class Writer {
              "CAD program.\n";
     for (const PartOverlap& one : overlaps_)
       out << pair(one.first, one.second) << "   # " << number_text(1e3 * one.depth_m, 3) << " mm deep\n";
+    if (!on_pads_.empty()) out << "    # Pads of the support inside parts that nothing else holds.\n";
+    for (const std::size_t i : on_pads_) out << "    - [" << product_.instances[i].name << ", Support]\n";
   }
 
   void order(std::ostream& out) const {
@@ -398,7 +407,7 @@ class Writer {
     }
     for (const std::size_t i : numbers_.floating)
       out << "#   " << product_.instances[i].name
-          << " touches no part that leaves later: at level 1 the support holds it, or nothing.\n";
+          << " touches no part that leaves later: at level 1 the support holds it.\n";
   }
 
   const Product& product_;
@@ -412,7 +421,7 @@ class Writer {
   std::vector<ConvexChoice> choices_;  ///< by body
   std::vector<PartOverlap> overlaps_;  ///< that no joint means
   std::size_t posts_ = 0;
-  std::set<std::size_t> unheld_;  ///< instances
+  std::vector<std::size_t> on_pads_;  ///< instances
   CellFiles result_;
 };
 

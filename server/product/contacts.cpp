@@ -346,8 +346,11 @@ class Finder {
                           double pitch) const {
     constexpr double kLoose = 0.02;     // of the radius
     constexpr double kPressed = 0.015;  // of the radius: twice that of the tightest press fits of ISO 286
-    if (insert_[shaft] || clearance < -deepest_thread_m(radius, pitch) || clearance > kLoose * radius + 1e-5)
-      return false;
+    constexpr double kDrawn = 0.35;     // of the radius: nuts whose hole is drawn smaller than any thread
+    const double deepest_m = fastener_[shaft] && nut_[shaft] != nut_[hole]
+                                 ? std::max(kDrawn * radius, deepest_thread_m(radius, pitch))
+                                 : deepest_thread_m(radius, pitch);
+    if (insert_[shaft] || clearance < -deepest_m || clearance > kLoose * radius + 1e-5) return false;
     const bool cuts = fastener_[shaft] && clearance < -kPressed * radius;  // a thread of its own
     return nut_[shaft] != nut_[hole] || insert_[hole] || cuts ||
            clearance < -tolerances_.largest_interference_m;

@@ -11,6 +11,7 @@
 
 #include "idl/common/text.h"
 #include "server/product/removal.h"
+#include "server/product/support.h"
 
 namespace takt::product {
 
@@ -57,10 +58,24 @@ class Planner {
     constexpr double kAbout = 0.99;
     const auto lowest_m = [&](std::size_t i) { return removal_.placed()[i].box.lower.z(); };
     std::size_t best = heaviest(all);
+    best = heaviest_that_stands(all, best);
     const double least_kg = kAbout * mass(best);
     for (const std::size_t i : all)
       if (mass(i) >= least_kg && lowest_m(i) < lowest_m(best)) best = i;
     return best;
+  }
+
+  /// Neither plate nor post can be under the heaviest where others are below it.
+  std::size_t heaviest_that_stands(const std::set<std::size_t>& all, std::size_t heaviest) const {
+    constexpr double kLeastShare = 0.25;
+    std::vector<std::size_t> heavy;
+    for (const std::size_t i : all)
+      if (mass(i) >= kLeastShare * mass(heaviest)) heavy.push_back(i);
+    std::stable_sort(heavy.begin(), heavy.end(),
+                     [&](std::size_t a, std::size_t b) { return mass(a) > mass(b); });
+    const auto stands = std::find_if(heavy.begin(), heavy.end(),
+                                     [&](std::size_t i) { return can_stand(removal_.placed(), i); });
+    return stands != heavy.end() ? *stands : heaviest;
   }
 
   /// Takes all but the base out of `group`.

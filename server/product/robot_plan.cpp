@@ -63,7 +63,6 @@ class Planner {
     const Vec3 size = whole_.box.upper - whole_.box.lower;
     const double reach = result_.gripper.finger_length_m;
     const Support support = support_of(product_, around_.now, plan_);
-    unheld_.insert(support.unheld.begin(), support.unheld.end());
     for (const TriangleMesh& mesh : support.boxes) around_.fixed.push_back(placed(mesh));
     floor_ = around_.floor_m = support.floor_m;
     around_.reach_m = size.norm();
@@ -170,10 +169,6 @@ class Planner {
       const auto refused = refused_.find(i);
       if (refused != refused_.end()) why = refused->second;
     }
-    for (const std::size_t i : step.parts)
-      if (unheld_.contains(i))
-        why = "nothing holds " + around_.names[i] +
-              ": no contacts join it to the base, and no place under it is free for a post";
     if (why.empty()) why = obstacle_of_order(step);
     if (why.empty()) why = try_to_make(step);
     for (const std::size_t i : step.parts) {
@@ -321,7 +316,6 @@ class Planner {
       group_;  ///< by instance: 0 in the product, else the move that brought it onto the tray
   std::vector<std::size_t> leaves_;  ///< by instance: place in the order of disassembly
   std::set<std::size_t> stays_;      ///< parts that the robot could not remove
-  std::set<std::size_t> unheld_;     ///< parts that nothing holds in the product
   double wanted_cup_m_ = 0.0;
   BoxBuilder whole_;
   double floor_ = 0.0, safe_ = 0.0, gap_ = 0.0, row_x_ = 0.0, row_y_ = 0.0, row_end_ = 0.0, row_width_ = 0.0;

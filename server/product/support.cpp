@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
 #include <set>
 
 namespace takt::product {
@@ -140,6 +141,65 @@ std::vector<Place> places_under(const std::vector<PlacedInstance>& placed, std::
   return {place(best)};
 }
 
+/// Of a vertical line through an instance: where it enters, and where it leaves for the first time.
+struct Stretch {
+  double from = 0.0, to = 0.0;
+};
+
+std::optional<Stretch> lowest_stretch(const PlacedInstance& part, double x, double y) {
+  std::vector<double> heights;
+  for (const Triangle& t : part.triangles) {
+    const Vec3 n = normal_of(t);
+    if (n.z() == 0.0 || !covers(t, x, y, n.z() > 0.0 ? 1.0 : -1.0)) continue;
+    heights.push_back(t[0].z() - (n.x() * (x - t[0].x()) + n.y() * (y - t[0].y())) / n.z());
+  }
+  std::sort(heights.begin(), heights.end());
+  for (const double height : heights)
+    if (height - heights.front() > kSame_m) return Stretch{heights.front(), height};
+  return std::nullopt;
+}
+
+/// A box inside the instance, above its underside by more than the distance at which components touch, where it is thick
+/// enough. Around it there is more of the instance than above it, so that it carries from below. As near to the middle as
+/// can be.
+TriangleMesh pad_in(const PlacedInstance& part) {
+  constexpr double kBelow_m = 2.5e-4, kTop_m = 5e-4, kShareBelow = 0.25, kShareTop = 0.5;
+  const Vec3 middle = 0.5 * (part.box.lower + part.box.upper);
+  std::vector<Vec3> places;
+  const Grid grid(part.box);
+  for (std::size_t c = 0; c < Grid::count(); ++c) places.push_back(grid.lower(c) + 0.5 * grid.size());
+  constexpr std::size_t kTriangles = 100;
+  std::vector<Triangle> undersides;
+  for (const Triangle& t : part.triangles)
+    if (normal_of(t).z() < 0.0) undersides.push_back(t);
+  std::stable_sort(undersides.begin(), undersides.end(),
+                   [](const Triangle& a, const Triangle& b) { return normal_of(a).z() < normal_of(b).z(); });
+  undersides.resize(std::min(undersides.size(), kTriangles));
+  for (const Triangle& t : undersides) places.emplace_back((t[0] + t[1] + t[2]) / 3.0);
+  std::stable_sort(places.begin(), places.end(), [&](const Vec3& a, const Vec3& b) {
+    return (a - middle).head<2>().norm() < (b - middle).head<2>().norm();
+  });
+  for (const double around_m : {1e-3, 3e-4, 1e-4, 0.0}) {
+    for (const Vec3& at : places) {
+      const auto here = lowest_stretch(part, at.x(), at.y());
+      if (!here) continue;
+      const double thickness = here->to - here->from;
+      const double from = here->from + std::min(kBelow_m, kShareBelow * thickness),
+                   to = here->from + std::min(kTop_m, kShareTop * thickness);
+      const auto inside = [&](double dx, double dy) {
+        const auto there = lowest_stretch(part, at.x() + dx, at.y() + dy);
+        return there && there->from < from && there->to > to;
+      };
+      if (around_m > 0.0 &&
+          !(inside(around_m, 0) && inside(-around_m, 0) && inside(0, around_m) && inside(0, -around_m)))
+        continue;
+      const double half = 0.25 * std::max(around_m, 1e-4);
+      return box_mesh(Vec3(at.x() - half, at.y() - half, from), Vec3(at.x() + half, at.y() + half, to));
+    }
+  }
+  return box_mesh(middle - Vec3::Constant(kBelow_m), middle + Vec3::Constant(kBelow_m));
+}
+
 /// By instance: a number that those have in common which a chain of contacts joins.
 std::vector<std::size_t> chains(const Product& product) {
   std::vector<std::size_t> chain(product.instances.size());
@@ -151,13 +211,23 @@ std::vector<std::size_t> chains(const Product& product) {
   return chain;
 }
 
+double lowest_of(const std::vector<PlacedInstance>& placed) {
+  double lowest = kNothing;
+  for (const PlacedInstance& instance : placed) lowest = std::min(lowest, instance.box.lower.z());
+  return lowest;
+}
+
 }  // namespace
+
+bool can_stand(const std::vector<PlacedInstance>& placed, std::size_t part) {
+  return placed[part].box.lower.z() - lowest_of(placed) < kSame_m || !places_under(placed, part).empty();
+}
 
 Support support_of(const Product& product, const std::vector<PlacedInstance>& placed,
                    const Disassembly& plan) {
   BoxBuilder all;
   for (const PlacedInstance& instance : placed) all.add(instance.box.lower), all.add(instance.box.upper);
-  const double lowest = all.box.lower.z();
+  const double lowest = lowest_of(placed);
   const Vec3 size = all.box.upper - all.box.lower;
   const double margin = 0.1 * std::max(size.x(), size.y()), thickness = 0.05 * size.maxCoeff();
   // Room for the tallest group that leaves downwards.
@@ -177,13 +247,13 @@ Support support_of(const Product& product, const std::vector<PlacedInstance>& pl
     return !places.empty();
   };
   const bool on_plate = is_lowest(plan.base) && (room == 0.0 || !carry(plan.base));
-  if (!on_plate && posts.empty() && !carry(plan.base)) result.unheld.push_back(plan.base);
+  std::set<std::size_t> on_pads(plan.on_pads.begin(), plan.on_pads.end());
+  if (!on_plate && posts.empty() && !carry(plan.base)) on_pads.insert(plan.base);
   const std::vector<std::size_t> chain = chains(product);
-  std::set<std::size_t> fallen;  // chains
   for (const std::size_t i : hierarchy(product, plan).floating)
-    if (chain[i] != chain[plan.base] && !(on_plate && is_lowest(i)) && !carry(i)) fallen.insert(chain[i]);
-  for (std::size_t i = 0; i < chain.size(); ++i)
-    if (fallen.contains(chain[i])) result.unheld.push_back(i);
+    if (chain[i] != chain[plan.base] && !(on_plate && is_lowest(i)) && !carry(i)) on_pads.insert(i);
+  result.on_pads.assign(on_pads.begin(), on_pads.end());
+  for (const std::size_t i : result.on_pads) result.pads.push_back(pad_in(placed[i]));
   result.floor_m = on_plate ? lowest : lowest - 0.25 * size.z() - 2.0 * room;
   const Vec3 beside(margin, margin, 0.0);
   Vec3 lower = all.box.lower - beside, upper = all.box.upper + beside;

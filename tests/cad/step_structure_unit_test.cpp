@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <regex>
 #include <set>
@@ -78,6 +79,45 @@ TEST(StepStructure, PartsInFilesOfTheirOwnStandWhereTheyStandInOneFile) {
     std::filesystem::rename(hidden, other);
   }
   EXPECT_EQ(reported, others.size());
+}
+
+/// The text of a file, changed.
+void rewrite(const std::filesystem::path& file, const std::function<void(std::string&)>& change) {
+  std::ifstream in(file);
+  std::string text((std::istreambuf_iterator<char>(in)), {});
+  in.close();
+  change(text);
+  std::ofstream(file) << text;
+}
+
+TEST(StepStructure, SourcesOfPartsThatTheFileContainsAreNotMissing) {
+  // CATIA writes the shapes into the file and names the documents that they come from.
+  const test::TemporaryDirectory directory;
+  const auto file = directory / "product.step";
+  nested().write(file);
+  int documents = 0;
+  rewrite(file, [&](std::string& text) {
+    const std::regex definition(R"(PRODUCT_DEFINITION\('design','',(#[0-9]+),(#[0-9]+)\))");
+    std::string changed, entities;
+    auto rest = text.cbegin();
+    for (std::smatch found; std::regex_search(rest, text.cend(), found, definition); rest = found[0].second) {
+      const std::string number = std::to_string(90001 + 2 * documents),
+                        type = std::to_string(90002 + 2 * documents);
+      ++documents;
+      changed.append(rest, found[0].first);
+      changed += "PRODUCT_DEFINITION_WITH_ASSOCIATED_DOCUMENTS('design',''," + found[1].str() + "," +
+                 found[2].str() + ",(#" + number + "))";
+      entities += "#" + number + " = DOCUMENT('1','" + number + ".CATPart','CATPart document',#" + type +
+                  ");\n#" + type + " = DOCUMENT_TYPE('');\n";
+    }
+    changed.append(rest, text.cend());
+    changed.insert(changed.rfind("ENDSEC;"), entities);
+    text = changed;
+  });
+  ASSERT_EQ(documents, 5);
+  const Product product = read_step(file);
+  EXPECT_EQ(product.instances.size(), 5U);
+  EXPECT_THAT(product.notes, IsEmpty());
 }
 
 TEST(StepStructure, NamesThatRepeatBecomeNamesOfTheirOwn) {

@@ -74,6 +74,8 @@ TEST(Contacts, NamesOfFastenersMakeACosmeticThread) {
   };
   EXPECT_EQ(kinds("M10_bolt", "nut_10", 0.0), 1.5e-3);     // ISO 261
   EXPECT_EQ(kinds("M10_bolt", "nut_10", 0.0005), 1.5e-3);  // bored to the minor diameter
+  EXPECT_EQ(kinds("M10_bolt", "nut_10", 0.0014), 1.5e-3);  // drawn without a thread in mind
+  EXPECT_EQ(kinds("M10_bolt", "plate", 0.0014), 0.0);
   EXPECT_EQ(kinds("pin", "plate", 0.0), 0.0);
   EXPECT_EQ(kinds("bolt", "plate", 0.0), 0.0);  // a clearance hole of zero
 }

@@ -64,6 +64,22 @@ TEST(DisassemblyOrder, WhatNoMotionPartsIsHeldByItsNeighboursToo) {
   EXPECT_TRUE(numbers.floating.empty());
 }
 
+TEST(DisassemblyOrder, TheBaseIsOneThatThePlateOrAPostCanCarry) {
+  // The block has 1.9 times the mass of the plate below it, which hides it from below.
+  Product product = product_of({{box_body("Block", {0.08, 0.08, 0.06}), {0, 0, 0.05}},
+                                {box_body("Plate", {0.1, 0.1, 0.02}), {0, 0, 0.01}}});
+  product.contacts = find_contacts(product);
+  const Disassembly plan = take_apart(product);
+  EXPECT_EQ(plan.base, 1U);
+  ASSERT_EQ(plan.steps.size(), 1U);
+  EXPECT_GT(plan.steps[0].direction_W.z(), 0.999);
+  // Feet that are too light for a base leave the block where it is.
+  product = product_of({{box_body("Block", {0.08, 0.08, 0.06}), {0, 0, 0.05}},
+                        {box_body("Foot", {0.08, 0.08, 0.01}), {0, 0, 0.015}}});
+  product.contacts = find_contacts(product);
+  EXPECT_EQ(take_apart(product).base, 0U);
+}
+
 TEST(DisassemblyOrder, FastenersLeaveFirst) {
   Product product = bolted();
   const Disassembly plan = plan_of(product);

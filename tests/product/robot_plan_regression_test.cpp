@@ -137,21 +137,23 @@ TEST(RobotPlan, PartsThatTouchNothingStandOnPosts) {
   expect_round_trip(product, plan, robot);
 }
 
-TEST(RobotPlan, WhatNothingHoldsIsReported) {
+TEST(RobotPlan, WhatNeitherPartNorPostHoldsIsOnAPad) {
   Product product = product_of({{box_body("Base", {0.1, 0.1, 0.02}), {0, 0, 0.01}},
                                 {box_body("Above", {0.02, 0.03, 0.01}), {0, 0, 0.05}},
+                                {box_body("Sheet", {0.02, 0.03, 0.0004}), {0.03, 0, 0.05}},
                                 {box_body("Beside", {0.02, 0.03, 0.01}), {0.03, 0, 0.025}}});
   product.contacts = find_contacts(product);
   const Disassembly plan = take_apart(product);
   const RobotPlan robot = plan_robot(product, plan);
-  EXPECT_THAT(names_of(robot), ElementsAre("lift Beside"));
-  EXPECT_THAT(robot.notes, ElementsAre(HasSubstr("does not lift Above: nothing holds Above")));
+  EXPECT_THAT(names_of(robot), testing::UnorderedElementsAre("lift Above", "lift Sheet", "lift Beside"));
   test::TemporaryDirectory directory;
   const CellFiles files = write_cell(product, plan, hierarchy(product, plan), directory / "cell", &robot);
-  EXPECT_THAT(files.notes, testing::Contains(HasSubstr("nothing holds Above: no place under it is free")));
-  std::vector<std::string> expected;
-  for (const ExpectedPose& one : read_scenario(files.scenario).expected) expected.push_back(one.part);
-  EXPECT_THAT(expected, testing::UnorderedElementsAre("Base", "Beside"));
+  for (const char* name : {"Above", "Sheet"})
+    EXPECT_THAT(files.notes,
+                testing::Contains(HasSubstr("no part or post holds " + std::string(name) + " at level 1")));
+  EXPECT_THAT(files.notes, testing::Not(testing::Contains(HasSubstr("holds Beside"))));
+  EXPECT_EQ(read_scenario(files.scenario).expected.size(), 4U);
+  expect_round_trip(product, plan, robot);
 }
 
 TEST(RobotPlan, WhatFindsNoGraspStaysAndOthersLeave) {

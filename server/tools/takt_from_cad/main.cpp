@@ -223,12 +223,12 @@ int run(const Arguments& a) {
     return 0;
   }
   product.contacts = product::find_contacts(product);
-  const product::Disassembly plan = product::take_apart(product);
+  product::Disassembly plan = product::take_apart(product);
   const product::Hierarchy hierarchy = product::hierarchy(product, plan);
   if (step_file) refine(product, *step_file, a.scale);
   product::RobotPlan robot;
-  const product::CellFiles files = a.robot ? write_tried_cell(product, plan, hierarchy, a.directory, robot)
-                                           : product::write_cell(product, plan, hierarchy, a.directory);
+  product::CellFiles files = write_standing_cell(product, plan, hierarchy, a.directory);
+  if (a.robot) files = write_tried_cell(product, plan, hierarchy, a.directory, robot);
   for (const std::string& note : robot.notes) std::cerr << "takt-from-cad: note: " << note << '\n';
   if (a.robot && robot.moves.empty())
     std::cerr

@@ -5,6 +5,7 @@
 #include <exception>
 #include <filesystem>
 #include <map>
+#include <set>
 
 #include "server/geometry/convex/decomposition_cache.h"
 #include "server/headless/headless_run.h"
@@ -13,6 +14,20 @@
 namespace takt {
 
 namespace {
+
+std::vector<std::size_t> misplaced(const product::Product& product, const CellModel& cell,
+                                   const Snapshot& state) {
+  std::vector<std::size_t> result;
+  for (std::size_t i = 0; i < product.instances.size(); ++i) {
+    const int id = cell.description.find_component(product.instances[i].name);
+    const PoseError error =
+        pose_error(state.components.at(static_cast<std::size_t>(id)), product.instances[i].X_WB);
+    if (error.position_m > product::kPlaceTolerance_m ||
+        error.angle_rad > product::kPlaceTolerance_deg * M_PI / 180.0)
+      result.push_back(i);
+  }
+  return result;
+}
 
 RobotTrial run_robot(const product::Product& product, const product::RobotPlan& plan,
                      const product::CellFiles& files) {
@@ -38,15 +53,34 @@ RobotTrial run_robot(const product::Product& product, const product::RobotPlan& 
           trial.move = k;
     }
   }
-  for (std::size_t i = 0; i < product.instances.size(); ++i) {
-    const int id = cell->description.find_component(product.instances[i].name);
-    const PoseError error =
-        pose_error(result.final_state.components.at(static_cast<std::size_t>(id)), product.instances[i].X_WB);
-    if (error.position_m > product::kPlaceTolerance_m ||
-        error.angle_rad > product::kPlaceTolerance_deg * M_PI / 180.0)
-      trial.misplaced.push_back(i);
-  }
+  trial.misplaced = misplaced(product, *cell, result.final_state);
   return trial;
+}
+
+/// Instances that do not stay in their places though nothing moves them.
+std::vector<std::size_t> fallen_parts(const product::Product& product, const std::filesystem::path& file) {
+  const Scenario scenario = read_scenario(file);
+  ImportOptions import;
+  import.cache_directory = user_cache_directory();
+  const auto cell = build_cell(scenario, import);
+  Simulation simulation(cell);
+  HeadlessOptions options;
+  options.duration_s = scenario.duration_s;
+  return misplaced(product, *cell, run_headless(simulation, scenario, options).final_state);
+}
+
+/// Those of the fallen that touch none of a larger number which has fallen, too.
+std::vector<std::size_t> first_of_the_fallen(const product::Product& product,
+                                             const product::Hierarchy& hierarchy,
+                                             const std::vector<std::size_t>& fallen) {
+  const std::set<std::size_t> all(fallen.begin(), fallen.end());
+  std::set<std::size_t> first = all;
+  for (const product::Contact& contact : product.contacts) {
+    if (!all.contains(contact.first) || !all.contains(contact.second)) continue;
+    const int a = hierarchy.numbers[contact.first], b = hierarchy.numbers[contact.second];
+    if (a != b) first.erase(a < b ? contact.first : contact.second);
+  }
+  return {first.begin(), first.end()};
 }
 
 }  // namespace
@@ -57,6 +91,31 @@ RobotTrial try_robot(const product::Product& product, const product::RobotPlan& 
     return run_robot(product, plan, files);
   } catch (const std::exception& error) {
     return {error.what(), {}, {}};
+  }
+}
+
+product::CellFiles write_standing_cell(const product::Product& product, product::Disassembly& plan,
+                                       const product::Hierarchy& hierarchy, const std::string& directory) {
+  while (true) {
+    product::CellFiles files = product::write_cell(product, plan, hierarchy, directory);
+    std::vector<std::size_t> fallen;
+    try {
+      fallen = fallen_parts(product, files.scenario);
+    } catch (const std::exception& error) {
+      files.notes.push_back(std::string("the cell does not run: ") + error.what());
+      return files;
+    }
+    const std::set<std::size_t> before(plan.on_pads.begin(), plan.on_pads.end());
+    std::vector<std::size_t> first = first_of_the_fallen(product, hierarchy, fallen);
+    std::erase_if(first, [&](std::size_t i) { return before.contains(i); });
+    if (first.empty()) {
+      for (const std::size_t i : fallen)
+        files.notes.push_back(
+            product.instances[i].name +
+            " does not stay in its place when the cell runs, although the support holds it");
+      return files;
+    }
+    plan.on_pads.insert(plan.on_pads.end(), first.begin(), first.end());
   }
 }
 

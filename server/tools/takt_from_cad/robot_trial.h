@@ -19,6 +19,11 @@ struct RobotTrial {
 RobotTrial try_robot(const product::Product& product, const product::RobotPlan& plan,
                      const product::CellFiles& files);
 
+/// Writes the cell (write_cell), runs it, and has the support hold the parts that fall in the run (plan.on_pads), until all
+/// stay. What does not is in the notes.
+product::CellFiles write_standing_cell(const product::Product& product, product::Disassembly& plan,
+                                       const product::Hierarchy& hierarchy, const std::string& directory);
+
 /// Plans the robot and writes the cell (write_cell), runs it, and leaves out the moves that fail there, until the rest of
 /// the program ends with all parts in their places. What cannot be brought to that is in the notes of `robot`.
 product::CellFiles write_tried_cell(const product::Product& product, const product::Disassembly& plan,
