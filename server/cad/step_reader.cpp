@@ -44,8 +44,8 @@
 #include "server/cad/child_process.h"
 #include "server/cad/sewn_solids.h"
 #include "server/cad/solid_mesh.h"
-#include "server/cad/step_densities.h"
 #include "server/cad/step_operators.h"
+#include "server/cad/step_preparation.h"
 #include "server/cad/step_structure.h"
 #include "server/cad/step_text.h"
 #include "server/cad/time_limit.h"
@@ -159,6 +159,7 @@ class StepFile::Reader {
       product_.notes.push_back(std::move(note));
     Message::DefaultMessenger()->ChangePrinters().Clear();
     XCAFApp_Application::GetApplication()->NewDocument("MDTV-XCAF", document_);
+    prepare_models_of_transfers();
     STEPCAFControl_Reader reader;
     reader.SetColorMode(true);
     reader.SetNameMode(true);
@@ -180,7 +181,6 @@ class StepFile::Reader {
               "OCCURRENCE). In the CAD program, export the product again");
     if (structure.uses > static_cast<double>(kMostUses)) fail_of_size(structure.largest);
     operators_.emplace(*reader.ChangeReader().WS()->Model());
-    state_densities_in_g_per_cm3(*reader.ChangeReader().WS()->Model());
     if (!reader.Transfer(document_))
       fail(file_, "its shapes cannot be transferred: entities are missing or damaged");
     uses_ = structure.uses;
