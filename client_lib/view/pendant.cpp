@@ -12,7 +12,6 @@ namespace {
 
 constexpr std::chrono::seconds kAfter{3};        ///< that the pendant stays a sender
 constexpr std::chrono::milliseconds kLook{500};  ///< between two looks whether it may leave
-constexpr Seconds kLate{0.3};                    ///< for a state in which the robot stands
 constexpr double kStands = 0.005;                ///< part of a joint's largest speed below which it stands
 constexpr double kAcceleration_per_speed = 2.5;  ///< of the tool centre point, 1/s
 constexpr double kRotation_per_translation =
@@ -98,18 +97,15 @@ std::vector<double> Pendant::standing(const std::string& robot) const {
   const auto cell = client_->cell();
   const int index = cell->find_robot(robot);
   require_free("robot", robot, index);
+  // Its reply drops older states: the caller may have seen a newer one by a connection of its own.
+  (void)client_->get_state();
+  const State state = client_->state();
   const auto& joints = cell->robots[static_cast<std::size_t>(index)].joints;
-  const auto stands = [&](const State& state) {
-    const auto& velocity = state.robot(robot).velocity;
-    for (std::size_t i = 0; i < joints.size() && i < velocity.size(); ++i)
-      if (std::abs(velocity[i]) > kStands * joints[i].max_velocity) return false;
-    return true;
-  };
-  // The newest state here may be older than the one that the user sees.
-  const auto state = client_->wait_for(topics::state, stands, kLate);
-  if (!state)
-    refuse(ControlResult::incorrect_state, "'" + robot + "' moves; wait until it stands, or stop it.");
-  return state->robot(robot).position;
+  const auto& now = state.robot(robot);
+  for (std::size_t i = 0; i < joints.size() && i < now.velocity.size(); ++i)
+    if (std::abs(now.velocity[i]) > kStands * joints[i].max_velocity)
+      refuse(ControlResult::incorrect_state, "'" + robot + "' moves; wait until it stands, or stop it.");
+  return now.position;
 }
 
 template <Request Type>
