@@ -96,8 +96,7 @@ Link::Link(int domain, const std::string& name, const LinkProfile& profile, Disc
     throw ClientError(ClientError::Kind::invalid,
                       "DDS domain " + std::to_string(domain) + " does not exist; allowed are 0 to 232.");
   if (const std::string lack = lack_of_thread_room(); !lack.empty()) fail(lack);
-  static const bool through_transports = (deliver_through_transports(), true);  // once: others may read it
-  (void)through_transports;
+  deliver_through_transports();
   dds::DomainParticipantQos qos = participant_qos(name, profile);
   std::string directory;
   try {

@@ -58,7 +58,7 @@ void add_borders(const StepShape_FaceSurface& face, Borders& borders) {
     for (int k = 1; k <= loop->NbEdgeList(); ++k) {
       const auto use = loop->EdgeListValue(k);
       const auto curve = curve_of(use);
-      // An edge that is there twice is a seam.
+      // A face has its seam twice.
       if (curve.IsNull() || !edges.insert(use->EdgeElement().get()).second)
         borders.kept = true;
       else
@@ -109,7 +109,7 @@ void turn_poles(const Borders& borders) {
   if (directions.empty() || clearance(frame.Direction(), directions) > kNear_rad) return;
   gp_Vec middle(0.0, 0.0, 0.0);
   for (const gp_Dir& direction : directions) middle += gp_Vec(direction);
-  middle.Normalize();
+  if (middle.Magnitude() > Precision::Confusion()) middle.Normalize();  // else the borders are symmetric
   const gp_Vec x(frame.XDirection()), y(frame.YDirection()), z(frame.Direction());
   gp_Dir best = frame.Direction();
   double most = 0.0;

@@ -160,8 +160,7 @@ class Writer {
       objects.push_back({"pad_" + std::to_string(i + 1), support.pads[i], {}});
       result_.notes.push_back("no part or post holds " + product_.instances[on_pads_[i]].name +
                               " at level 1, as nothing that stays touches it and no place under it is free: "
-                              "a pad of the support inside it "
-                              "does, which is assumed");
+                              "a pad of the support inside it does, which is assumed");
     }
     write_objects(directory_ / "meshes" / "Support.obj", objects);
   }

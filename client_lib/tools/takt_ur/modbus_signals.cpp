@@ -97,8 +97,7 @@ void ModbusSignals::add(const CallArguments& a) {
     if (number != std::floor(number) || number < least || number > most)
       a.fail(
           "(IP, slave_number 0 to 255, signal_address 0 to 65535, signal_type 0 to 3, 15 or 16, a name, "
-          "False "
-          "or True, register_count 1 to 123)");
+          "False or True, register_count 1 to 123)");
     return static_cast<int>(number);
   };
   if (name.empty()) a.fail("(.., a name)");

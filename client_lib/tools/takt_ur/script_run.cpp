@@ -175,7 +175,7 @@ Move ScriptRun::move_of(const CallArguments& a, const Vector6& near) const {
   const std::string_view f = a.function();
   const Motion& motion = controller_.motion();
   const bool joints = f == "movej" || f == "optimovej", arc = f == "movec",
-             timed = f == "movej" || f == "movel", fractions = f.substr(0, 4) == "opti";
+             timed = f == "movej" || f == "movel", fractions = f.starts_with("optimove");
   constexpr double kFraction = 0.3;
   // The target is a position of all joints or a pose; what the function wants, the other is turned into.
   const auto target = [&](std::size_t i, Vector6& q, Pose& X_RT) {

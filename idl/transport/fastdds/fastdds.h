@@ -45,6 +45,7 @@
 #include <exception>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <span>
 #include <sstream>
 #include <string>
@@ -135,15 +136,18 @@ bool written(dds::DataWriter& writer, Sample& sample, rtps::WriteParams& params)
 /// Between participants of this process, too, samples and discovery take the transports. Call it ahead of the first one. Else
 /// Fast DDS calls one participant with locks of another held, and two that announce their liveliness at once wait for ever.
 inline void deliver_through_transports() {
+  static std::once_flag once;  // not while another thread makes a participant, which reads them
+  std::call_once(once, [] {
 #if TAKT_FAST_DDS_MAJOR == 2
-  auto settings = eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings();
-  settings.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;
-  eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings(settings);
+    auto settings = eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings();
+    settings.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;
+    eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings(settings);
 #else
-  eprosima::fastdds::LibrarySettings settings;
-  settings.intraprocess_delivery = eprosima::fastdds::INTRAPROCESS_OFF;
-  (void)dds::DomainParticipantFactory::get_instance()->set_library_settings(settings);
+    eprosima::fastdds::LibrarySettings settings;
+    settings.intraprocess_delivery = eprosima::fastdds::INTRAPROCESS_OFF;
+    (void)dds::DomainParticipantFactory::get_instance()->set_library_settings(settings);
 #endif
+  });
 }
 
 /// A writer of another participant, as reported by discovery.

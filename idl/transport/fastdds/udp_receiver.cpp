@@ -142,7 +142,8 @@ bool UdpReceiver::lead(Clock::time_point deadline, const std::function<bool()>& 
   const auto began = Clock::now();
   auto now = began;
   bool came = false;
-  while (exclusive_ == 0 && wanted_ == 0 && !ready()) {  // another one may have seen no guest yet
+  // A thread that came ahead of guest_ waits for leader_ without a deadline: it gets its turn.
+  while (exclusive_ == 0 && wanted_ == 0 && !ready()) {
     came = receive(++turns_ % kTurnsOfTheFirst == 0 || now - began > kWorthSpinning);
     if (!came) {
       now = Clock::now();

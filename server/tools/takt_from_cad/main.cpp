@@ -10,6 +10,8 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "idl/command_line/commands.h"
 #include "idl/command_line/numbers.h"
@@ -228,7 +230,11 @@ int run(const Arguments& a) {
   if (step_file) refine(product, *step_file, a.scale);
   product::RobotPlan robot;
   product::CellFiles files = write_standing_cell(product, plan, hierarchy, a.directory);
-  if (a.robot) files = write_tried_cell(product, plan, hierarchy, a.directory, robot);
+  if (a.robot) {
+    std::vector<std::string> notes = std::move(files.notes);  // those of the run without a robot among them
+    files = write_tried_cell(product, plan, hierarchy, a.directory, robot);
+    files.notes = std::move(notes);
+  }
   for (const std::string& note : robot.notes) std::cerr << "takt-from-cad: note: " << note << '\n';
   if (a.robot && robot.moves.empty())
     std::cerr
