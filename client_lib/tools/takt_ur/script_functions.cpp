@@ -304,10 +304,13 @@ void begin_freedrive(UrController& c, A a) {
       std::transform(free.begin(), free.end(), axes.begin(), [](double one) { return one != 0.0; });
     }
     if (const std::string* frame = a[1].text()) {
-      if (*frame == "tool")
-        X_RK = c.motion().tool_pose(c.target_position());
-      else if (*frame != "base")
-        a.fail("p[x, y, z, rx, ry, rz], \"base\", \"tool\"");
+      static const std::map<std::string_view, bool> of_tool{
+          {"base", false},
+          {"tool", true},
+      };
+      const auto found = of_tool.find(*frame);
+      if (found == of_tool.end()) a.fail("p[x, y, z, rx, ry, rz], \"base\", \"tool\"");
+      if (found->second) X_RK = c.motion().tool_pose(c.target_position());
     } else if (a.given(1)) {
       X_RK = c.from_base(pose_of(a.pose(1)));
     }
