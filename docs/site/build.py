@@ -24,14 +24,27 @@ EXTERNAL = re.compile(r"^[a-z]+:|^#")
 FORMULAS = """document$.subscribe(() => renderMathInElement(document.body, {
   delimiters: [{left: "\\\\(", right: "\\\\)", display: false}, {left: "\\\\[", right: "\\\\]", display: true}]}));
 """
-# Index and worker of the theme's search, for pages that are opened as files. Of a folder browsers load no worker.
+# Index and worker of the theme's search, for pages that are opened as files: of a folder browsers load no worker. The theme
+# gives its worker one message at a time and keeps only the latest of those that wait: words that are typed before the
+# answer to its first, empty query would displace the index, and the search would find nothing until the page is loaded
+# again. Queries ahead of the index are answered here.
 SEARCH_OF_FILES = """var __index = %s;
 var __search = {index: Promise.resolve(__index)};
 {
+  const SETUP = 0, QUERY = 2, RESULT = 3;
   const source = new Blob([%s], {type: "text/javascript"});
-  window.Worker = class extends Worker {
-    constructor(url, ...options) { super(/\\/workers\\/search\\./.test(url) ? URL.createObjectURL(source) : url, ...options); }
-  };
+  class SearchWorker extends Worker {
+    prepared = false;
+    constructor() { super(URL.createObjectURL(source)); }
+    postMessage(message) {
+      this.prepared ||= message.type === SETUP;
+      if (this.prepared || message.type !== QUERY) return super.postMessage(message);
+      queueMicrotask(() => this.dispatchEvent(new MessageEvent("message", {data: {type: RESULT, data: {items: []}}})));
+    }
+  }
+  window.Worker = new Proxy(Worker, {
+    construct: (Stock, [url, ...options]) => /\\/workers\\/search\\./.test(url) ? new SearchWorker() : new Stock(url, ...options),
+  });
 }
 """
 

@@ -21,6 +21,20 @@ const problems = [];
 page.on('pageerror', (error) => problems.push(error.stack));
 await page.goto(start);
 
+// Words that are typed before the search is ready are searched for, too.
+const hasty = await page.context().newPage();
+hasty.setDefaultTimeout(60000);
+hasty.on('pageerror', (error) => problems.push(error.stack));
+await hasty.addInitScript(() => document.addEventListener('DOMContentLoaded', () => {
+  const field = document.querySelector('.md-search__input');
+  field.focus();
+  field.value = 'MoveIt';
+  field.dispatchEvent(new KeyboardEvent('keyup', {key: 't'}));
+}));
+await hasty.goto(start);
+await hasty.locator('.md-search-result__link').first().waitFor();
+await hasty.close();
+
 // By key: the field, the words, the first of the results.
 await page.keyboard.press('s');
 await page.waitForFunction(() => document.activeElement.matches('.md-search__input'));
