@@ -4,11 +4,15 @@ import {chromium as stock} from 'playwright-core';
 
 // On a loaded machine a page may take its time: navigations and clicks wait as long as conditions do.
 const PATIENCE_MS = 300000;
+// Pixels of the screen for one of the layout: places and sizes on a page are those of the layout, and the processor that draws
+// here draws a quarter of the pixels. Tests whose subject are pixels, and pictures for the docs, have all of them.
+export const ALL_PIXELS = 1;
+const SCALE = process.env.TAKT_SCREENSHOT ? ALL_PIXELS : 0.5;
 const patient = (browser) => {
   for (const name of ['newPage', 'newContext']) {
     const make = browser[name].bind(browser);
     browser[name] = async (options) => {
-      const made = await make(options);
+      const made = await make({deviceScaleFactor: SCALE, ...options});
       made.setDefaultTimeout(PATIENCE_MS);
       return made;
     };
@@ -32,8 +36,8 @@ export async function point(page, act, condition, argument) {
 
 // Opens the page of takt view once it shows a cell: the page, and short words for what tests do with it. What it says of
 // errors is kept in `problems`. `prepare`: what is done to the page before it loads.
-export async function visit(browser, url, viewport = {width: 900, height: 560}, colorScheme = 'light', prepare = () => {}) {
-  const page = await (await browser.newContext({viewport, colorScheme, acceptDownloads: true})).newPage();
+export async function visit(browser, url, viewport = {width: 900, height: 560}, {prepare = () => {}, ...options} = {}) {
+  const page = await (await browser.newContext({viewport, acceptDownloads: true, ...options})).newPage();
   await prepare(page);
   const problems = [];
   page.on('pageerror', (error) => problems.push(error.stack));

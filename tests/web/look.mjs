@@ -159,10 +159,17 @@ for (const [file, folder] of cells) {
   const scenario = basename(file, '.yaml');
   const cell = await start('takt-server', [file, '--cell', process.env.TAKT_CELL, '--paused', ...(folder ? ['--packages', folder] : [])]);
   const {child: bridge, url} = await view(0, ...(folder ? ['--files', folder] : []));
-  for (const [width, height] of SIZES) {
-    const seen = await visit(browser, url, {width, height});
+  // Each size is opened with the first cell and in the gallery; the window of other cells comes to the last size from another one.
+  const opens = scenario === 'block_assembly' || process.env.TAKT_SCREENSHOT;
+  let seen = null;
+  for (const [width, height] of opens ? SIZES : SIZES.toReversed()) {
+    if (opens || width !== SIZES[0][0]) {
+      await seen?.page.context().close();
+      seen = await visit(browser, url, {width, height});
+    } else await seen.page.setViewportSize({width, height});
+    await seen.until((wanted) => innerWidth === wanted && takt.cell.width === takt.cell.canvas.clientWidth, width);
     // The theme changes no layout: the first cell and the gallery have both.
-    for (const colorScheme of scenario === 'block_assembly' || process.env.TAKT_SCREENSHOT ? ['light', 'dark'] : ['light']) {
+    for (const colorScheme of opens ? ['light', 'dark'] : ['light']) {
       await seen.page.emulateMedia({colorScheme});  // the page follows the system
       await seen.until((dark) => document.documentElement.classList.contains('wa-dark') === dark, colorScheme === 'dark');
       await seen.until((name) => takt.last.description?.scenario === name && takt.cell.radius > 0 && takt.cell.grid, scenario);
@@ -203,8 +210,8 @@ for (const [file, folder] of cells) {
       }
     }
     assert.deepEqual(seen.problems, []);
-    await seen.page.context().close();
   }
+  await seen.page.context().close();
   await stop(bridge);
   await stop(cell);
 }

@@ -1,7 +1,7 @@
 // The picture of takt view in Debian's Chromium: screenshots, section, following a part, and the link to a view.
 import {strict as assert} from 'node:assert';
 import {readFileSync, writeFileSync} from 'node:fs';
-import {chromium, executable, visit} from './browser.mjs';
+import {ALL_PIXELS, chromium, executable, visit} from './browser.mjs';
 import {server, start, stop, takt, view} from './processes.mjs';
 
 const browser = await chromium.launch(executable());
@@ -12,7 +12,7 @@ stage('a cell in which Gripper1 carries P');
 const running = await server('--paused');
 const {child: bridge, url} = await view();
 const wide = {width: 1600, height: 500};  // what the page says must not make its head a line higher, and the canvas smaller
-const {page, problems, until, ask, pixels} = await visit(browser, url, wide);
+const {page, problems, until, ask, pixels} = await visit(browser, url, wide, {deviceScaleFactor: ALL_PIXELS});
 await page.click('#fold-bottom');  // in this low window the curves leave the picture little room
 const distance = (a, b) => Math.hypot(...a.map((value, i) => value - b[i]));
 const placeOfP = () => Object.values(takt('state').components.P.position);
@@ -137,7 +137,7 @@ await until(() => takt.plots.plots.length === 2);
 await page.click('#link');
 await until(() => /address/.test(document.querySelector('#answer').textContent));
 assert.notDeepEqual(await ask(() => takt.cell.view().camera), followed.camera);
-const visitor = await visit(browser, page.url(), wide);
+const visitor = await visit(browser, page.url(), wide, {deviceScaleFactor: ALL_PIXELS});
 await visitor.until(() => takt.plots.plots.length === 2);
 // As JSON: -0 is 0 in an address, and the same place.
 const looks = async (who) => JSON.parse(JSON.stringify(await who.ask(() => ({view: takt.cell.view(), section: document.querySelector('#section').value, cut: Number(document.querySelector('#cut').value),

@@ -3,13 +3,14 @@
 import {strict as assert} from 'node:assert';
 import {execFileSync} from 'node:child_process';
 import {existsSync, statSync, writeFileSync} from 'node:fs';
-import {chromium, executable, visit} from './browser.mjs';
+import {ALL_PIXELS, chromium, executable, visit} from './browser.mjs';
 import {server, sources, start, stop, takt, view} from './processes.mjs';
 
 const browser = await chromium.launch(executable());
 const begun = Date.now();
 const stage = (what) => console.log(`${((Date.now() - begun) / 1000).toFixed(1)} s: ${what}`);
 
+const small = {width: 900, height: 560};
 const UNITS = {};  // of each curve, as the IDL or the device has it
 const add = async (page, name) => {
   await page.fill('#signal', name);
@@ -73,7 +74,7 @@ end)
 stage('power, contact force, torque');
 const running = await server('--paused', '--lod', '3', '--set', 'solver.method=implicit');
 const {child: bridge, url} = await view();
-const {page, problems, until, ask} = await visit(browser, url);
+const {page, problems, until, ask} = await visit(browser, url, small, {deviceScaleFactor: ALL_PIXELS});
 const contact = 'contacts.contacts.P-Table1.normal_force', lifting = 'contacts.contacts.P-Table1.force.z';
 const electrical = 'power.consumers.Robot1.electrical_power', torque = 'state.robots.Robot1.effort.shoulder_lift_joint';
 const jointState = 'Robot1/joint_states.effort.shoulder_lift_joint';
@@ -175,7 +176,7 @@ stage('temperature');
 // A rotor core put into the furnace, which is hot.
 const furnace = await start('takt-server', [`${sources}/config/scenarios/furnace.yaml`, '--cell', process.env.TAKT_CELL, '--paused']);
 const {child: second, url: oven} = await view();
-const kitchen = await visit(browser, oven);
+const kitchen = await visit(browser, oven, small, {deviceScaleFactor: ALL_PIXELS});
 takt('move', 'Rotor', '--at', '1.15', '0', '0.4');
 const heat = 'state.devices.Rotor_heat.signals.temperature', air = 'state.devices.Furnace.signals.air_temperature';
 await offered(kitchen.until, [heat, air]);

@@ -16,14 +16,12 @@ try {
 }
 const start = pathToFileURL(`${place}/site/index.html`).href;
 const page = await (await browser.newContext({viewport: {width: 1400, height: 900}})).newPage();
-page.setDefaultTimeout(60000);
 const problems = [];
 page.on('pageerror', (error) => problems.push(error.stack));
 await page.goto(start);
 
 // Words that are typed before the search is ready are searched for, too.
 const hasty = await page.context().newPage();
-hasty.setDefaultTimeout(60000);
 hasty.on('pageerror', (error) => problems.push(error.stack));
 await hasty.addInitScript(() => document.addEventListener('DOMContentLoaded', () => {
   const field = document.querySelector('.md-search__input');

@@ -21,6 +21,14 @@ assert.equal(await page.locator('#connection').textContent(), 'connected');
 assert.deepEqual(await ask(() => takt.last.description.robots.map(({name}) => name)), ['Robot1', 'Robot2']);
 await until(() => document.querySelector('#status').textContent.includes('paused') || document.querySelector('#status').textContent.includes('stopped'));
 
+stage('standing');
+// A cell that stands sends its state again and again, and the page draws it once: drawing takes a processor here.
+await until(() => {
+  const {frames, settled} = takt.cell, stood = (window.stood ??= {frames: -1, heard: new Set()});
+  if (!settled || frames !== stood.frames) { stood.frames = frames; stood.heard.clear(); }
+  return stood.heard.add(takt.last.state).size > 10;
+});
+
 stage('steps');
 // Steps are taken when the cell stands, as many as were asked for.
 const before = takt('state').step;
@@ -101,7 +109,7 @@ if (process.env.TAKT_SCREENSHOT) {
 
 stage('topics in any order');
 // The description arrives after all others: contacts wait for it.
-const late = await visit(browser, url, {width: 500, height: 400}, 'light', (made) => made.routeWebSocket(/^ws:/, (socket) => {
+const late = await visit(browser, url, {width: 500, height: 400}, {prepare: (made) => made.routeWebSocket(/^ws:/, (socket) => {
   const server = socket.connectToServer(), idOf = new Map();
   let kept = [];
   server.onMessage((message) => {
@@ -111,7 +119,7 @@ const late = await visit(browser, url, {width: 500, height: 400}, 'light', (made
     socket.send(message);
     if (channel === idOf.get('contacts') && kept?.length) { kept.forEach((one) => socket.send(one)); kept = null; }
   });
-}));
+})});
 await late.until(() => takt.last.contacts && takt.cell.components.length > 0);
 await late.until(() => takt.cell.patches.filter(({disc}) => disc.visible).length === takt.last.contacts.contacts.length);
 assert.deepEqual(late.problems, []);

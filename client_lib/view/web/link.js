@@ -3,9 +3,11 @@ import {parse} from '@foxglove/rosmsg';
 import {MessageReader} from '@foxglove/rosmsg2-serialization';
 
 const text = new TextDecoder(), bytes = new TextEncoder();
+const equal = (one, other) => one.length === other?.length && one.every((value, i) => value === other[i]);
 
 export class Link {
-  // on: {open(info), closed(), channel(channel), sample(topic, sample, type, log)}; wants(channel): to be subscribed?
+  // on: {open(info), closed(), channel(channel), sample(topic, sample, type, log, again)}; wants(channel): to be subscribed?
+  // `again`: the sample is the last one of its topic once more, as a cell that stands sends it.
   constructor(url, on, wants) {
     Object.assign(this, {url, on, wants, calls: new Map(), nextCall: 1, wait: 250});
     this.connect();
@@ -48,9 +50,10 @@ export class Link {
     if (view.getUint8(0) === 1) {
       const channel = this.channels.get(view.getUint32(1, true));  // subscriptions are numbered as channels
       if (!channel) return;
-      const payload = new Uint8Array(buffer, 13);
+      const payload = new Uint8Array(buffer, 13), again = equal(payload, channel.payload);
+      channel.payload = payload;
       const sample = channel.reader ? channel.reader.readMessage(payload) : JSON.parse(text.decode(payload));
-      this.on.sample(channel.topic, sample, channel.schemaName, Number(view.getBigUint64(5, true)) / 1e9);
+      this.on.sample(channel.topic, sample, channel.schemaName, Number(view.getBigUint64(5, true)) / 1e9, again);
     } else if (view.getUint8(0) === 3) {
       const length = view.getUint32(9, true);
       const reply = JSON.parse(text.decode(new Uint8Array(buffer, 13 + length)));

@@ -67,11 +67,11 @@ const link = new Link(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${loca
     $('connection').textContent = 'not connected, trying again';
     $('connection').className = 'off';
   },
-  sample(topic, sample, type, log) {
+  sample(topic, sample, type, log, again) {
     const name = topicOf(topic);
     if (!isProgram(name)) last[name] = sample;
     if (name !== 'description') lower.sample(name, type, sample, log);
-    (takes[name] ?? (() => {}))(sample);
+    (takes[name] ?? (() => {}))(sample, again);
   },
 }, (channel) => {
   const name = topicOf(channel.topic);
@@ -121,25 +121,28 @@ const takes = {
     const before = generation;
     if (last.state) takes.state(last.state);
     provisional = generation !== before;  // that state may be of the cell before
-    if (last.contacts?.scenario_generation === description.scenario_generation) takes.contacts(last.contacts);
+    for (const topic of ['contacts', 'contact_pressures'])
+      if (last[topic]?.scenario_generation === description.scenario_generation) takes[topic](last[topic]);
     select(wanted ?? chosen);
     if (chosen?.name === wanted?.name) wanted = null;
   },
-  state(state) {
+  // A picture that a sample does not change is not drawn again: that takes a processor where there is no graphics card.
+  state(state, again = false) {
     if (!lower.past.shown) {
-      cell.show(state);
+      if (!again || mover.strayed) cell.show(state);
+      mover.strayed = false;
       first();
     }
     drawn.state = drawn.graph = true;
   },
   // Topics arrive in any order: what names components by number waits for the description.
-  contacts(contacts) {
+  contacts(contacts, again = false) {
     if (!cell.description) return;
-    if (!lower.past.shown) cell.showContacts(contacts);
+    if (!lower.past.shown && !again) cell.showContacts(contacts);
     listPairs(contacts.contacts.map(({base, target}) => pairName(base, target)));
   },
-  contact_pressures(sample) {
-    if (!cell.description) return;
+  contact_pressures(sample, again = false) {
+    if (!cell.description || again) return;
     const chosen = $('pressure').value;
     const pairs = sample.pairs.filter(({base, target}) => chosen === '*' || chosen === pairName(base, target));
     if (lower.past.shown) return;
@@ -193,11 +196,15 @@ function rows() {
     const on = gripper.part >= 0 ? `on ${description?.components[gripper.part]?.name}, ${number(gripper.force, 1)} N` : 'no part';
     list.push([description?.grippers[i]?.name ?? 'gripper', `${number(1e3 * gripper.width, 1)} mm, ${stands}, ${on}`]);
   });
-  $('status').replaceChildren(...list.map(([what, value, kind]) => {
-    const row = make('tr', '');
-    row.append(make('td', what), make('td', value, kind ? {class: kind} : {}));
-    return row;
-  }));
+  const listed = JSON.stringify(list);
+  if ($('status').dataset.key !== listed) {
+    $('status').dataset.key = listed;
+    $('status').replaceChildren(...list.map(([what, value, kind]) => {
+      const row = make('tr', '');
+      row.append(make('td', what), make('td', value, kind ? {class: kind} : {}));
+      return row;
+    }));
+  }
   if (s) {
     const key = s.processes.map(({name, level_of_detail: level}) => `${name}:${level}`).join();
     if ($('levels').dataset.key !== key) {
@@ -249,9 +256,12 @@ function draw() {
   requestAnimationFrame(draw);
   if (drawn.status || drawn.state) {
     rows();
-    $('play').ariaPressed = phase() === SimulationState.playing;
-    $('pause').ariaPressed = phase() === SimulationState.paused;
-    if (last.state) $('clock').textContent = `${lower.state.time.toFixed(3)} s`;
+    for (const [id, pressed] of [['play', SimulationState.playing], ['pause', SimulationState.paused]]) {
+      const is = String(phase() === pressed);
+      if ($(id).ariaPressed !== is) $(id).ariaPressed = is;
+    }
+    const time = last.state ? `${lower.state.time.toFixed(3)} s` : '';
+    if (time && $('clock').textContent !== time) $('clock').textContent = time;
     inspector.update(lower.state, last.status);
     handles();
     heatScale();

@@ -3,9 +3,9 @@
 import {TransformControls} from 'three/addons/controls/TransformControls.js';
 
 export class Mover {
-  // put({name, position, orientation}): to the cell.
+  // put({name, position, orientation}): to the cell. `strayed`: a Part may be drawn elsewhere than the cell's last state has it.
   constructor(cell, put) {
-    Object.assign(this, {cell, put, mode: null, dragging: false});
+    Object.assign(this, {cell, put, mode: null, dragging: false, strayed: false});
     const handles = (this.handles = new TransformControls(cell.camera, cell.canvas));
     handles.setSpace('world');
     handles.size = 0.8;
@@ -15,6 +15,7 @@ export class Mover {
       this.dragging = value;
       cell.orbit.enabled = !value;
       cell.held = value ? handles.object?.name : null;
+      this.strayed = true;
       if (!value && handles.object) this.send(handles.object);
     });
   }
@@ -24,7 +25,12 @@ export class Mover {
     const {handles} = this;
     this.mode = mode;
     handles.camera = this.cell.camera;
-    if (!mesh || !mode) { handles.detach(); this.cell.held = null; this.cell.orbit.enabled = true; } else {
+    if (!mesh || !mode) {
+      this.strayed ||= this.cell.held !== null;
+      handles.detach();
+      this.cell.held = null;
+      this.cell.orbit.enabled = true;
+    } else {
       handles.attach(mesh);
       handles.setMode(mode);
     }
