@@ -29,7 +29,8 @@ std::map<std::size_t, std::string> misplaced(const product::Product& product, co
         error.angle_rad > product::kPlaceTolerance_deg * M_PI / 180.0)
       result[i] =
           number_text(1e3 * error.position_m, 3) + " mm and " +
-          number_text(error.angle_rad * 180.0 / M_PI, 3) + " deg from its place, held by " +
+          number_text(std::round(1e2 * error.angle_rad * 180.0 / M_PI) / 1e2, 4) +
+          " deg from its place, held by " +
           (sample.partner < 0 ? "nothing"
                               : cell.description.components[static_cast<std::size_t>(sample.partner)].name);
   }
