@@ -256,15 +256,15 @@ void Fields::pose(const char* key, Pose& pose, const char* doc, unsigned flags) 
 }
 
 void Fields::angles(const std::string& name, std::vector<double>& angles_rad, std::size_t count,
-                    const char* doc) {
+                    const char* doc, unsigned flags) {
   const std::string radians = name + "_rad", degrees = name + "_deg";
   std::vector<double> angles_deg;
   const bool in_degrees = has(degrees);
   field(radians.c_str(), angles_rad, Numbers{count, {.unit = "rad"}}, doc,
-        in_degrees || informing() ? 0U : kRequired);
+        in_degrees || informing() ? flags & ~kRequired : flags);
   if (reading() || informing())
     field(degrees.c_str(), angles_deg, Numbers{count, {.unit = "deg"}}, "The same in degrees.");
-  alternatives({radians, degrees}, 1, 1, radians, degrees + " as well",
+  alternatives({radians, degrees}, flags & kRequired, 1, radians, degrees + " as well",
                "one of " + radians + " and " + degrees);
   if (!in_degrees) return;
   angles_rad.clear();

@@ -187,8 +187,9 @@ class Fields {
   }
   /// A pose: position_m, and at most one of rpy_rad, rpy_deg, quaternion_xyzw, rotation_matrix.
   void pose(const char* key, Pose& pose, const char* doc, unsigned flags = 0);
-  /// Angles under NAME_rad or NAME_deg, one of which is required. `count` 0: any number.
-  void angles(const std::string& name, std::vector<double>& angles_rad, std::size_t count, const char* doc);
+  /// Angles under NAME_rad or NAME_deg; with kRequired under one of them. `count` 0: any number.
+  void angles(const std::string& name, std::vector<double>& angles_rad, std::size_t count, const char* doc,
+              unsigned flags);
   /// At least and at most this many of these keys are given; the texts are those of errors.
   void alternatives(const std::vector<std::string>& keys, std::size_t least, std::size_t most,
                     const std::string& place, const std::string& found, const std::string& allowed);

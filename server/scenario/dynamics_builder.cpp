@@ -141,7 +141,7 @@ RobotDynamics robot_dynamics(const Scenario& scenario, const ScenarioRobot& robo
   DynamicRobotParameters& p = result.parameters;
   p.robot = static_cast<int>(index);
   p.arm = arm.arm;
-  UrdfInertias inertias_of_file = urdf_inertias(urdf);
+  UrdfInertias inertias_of_file = urdf_inertias(urdf, robot.mass_kg);
   p.links = std::move(inertias_of_file.links);
   remarks = std::move(inertias_of_file.remarks);
   p.X_WR = robot.X_WR;
@@ -228,7 +228,7 @@ void add_dynamics(const Scenario& scenario, const std::vector<UrdfArm>& arms, co
       dynamics = robot_dynamics(scenario, robot, arms[r], r, meshes, cell, remarks);
       make_drives(dynamics->drives);  // refuses parameters that no drive can have
       for (const std::string& remark : remarks)
-        cell.import_notes.push_back({robot.name, robot.name + ": " + remark + "; it is used as it is", {}});
+        cell.import_notes.push_back({robot.name, robot.name + ": " + remark, {}});
     } catch (const std::exception& error) {
       dynamics.reset();
       reason = error.what();

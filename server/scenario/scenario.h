@@ -83,7 +83,9 @@ struct ScenarioRobot {
   std::filesystem::path urdf;
   std::string base_link, flange_link;  ///< empty: urdf_ends()
   Pose X_WR;
-  std::vector<double> initial_joints_rad;  ///< m for prismatic joints
+  std::vector<double>
+      initial_joints_rad;         ///< m for prismatic joints; empty: 0, or the middle of ranges without 0
+  std::optional<double> mass_kg;  ///< of the links without <inertial>, together
   double command_period_s = 0.008;
   ScenarioCommandDeadline deadline;
   // From LoD 2 on.
@@ -203,8 +205,9 @@ struct Scenario : ScenarioHeading {
   double tolerance = 1e-6;       ///< of solvers with error control
   SystemMatrix matrix = SystemMatrix::automatic;  ///< solver.matrix: automatic, separate or coupled
   using LevelSolver = ScenarioLevelSolver;
-  LevelSolver contact_solver;                  ///< `solver.contact`: while any process has level 3
-  std::optional<LevelSolver> dynamics_solver;  ///< `solver.dynamics`: else, while any has level 2
+  LevelSolver contact_solver;  ///< `solver.contact`: while any process has level 3
+  /// `solver.dynamics`: else, while any has level 2; unset: `solver`.
+  std::optional<LevelSolver> dynamics_solver;
   std::vector<ScenarioProcess> processes;
   bool begins_with(int level) const {
     for (const ScenarioProcess& process : processes)

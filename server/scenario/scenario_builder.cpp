@@ -90,10 +90,16 @@ void add_ground(const Scenario& scenario, const ScenarioGround& ground, Import& 
       {add_component(cell, std::move(component), mesh, ground.mesh, ground.color, import), ground.X_WB});
 }
 
+/// Where a joint starts that no position is given for: as joint_state_publisher of ROS has it.
+double initial_position(const JointModel& joint) {
+  return joint.lower <= 0.0 && joint.upper >= 0.0 ? 0.0 : 0.5 * (joint.lower + joint.upper);
+}
+
 void add_robot(const Scenario& scenario, const ScenarioRobot& robot, const UrdfArm& urdf, CellModel& cell) {
   const std::string key = "robots." + robot.name + ".initial_joints_rad";
   const auto count = static_cast<std::size_t>(urdf.arm.joint_count());
-  if (robot.initial_joints_rad.size() != count) {
+  const bool given = !robot.initial_joints_rad.empty();
+  if (given && robot.initial_joints_rad.size() != count) {
     fail(scenario, key, std::to_string(robot.initial_joints_rad.size()) + " values",
          std::to_string(count) + ", one for each joint of " + robot.urdf.string());
   }
@@ -103,12 +109,20 @@ void add_robot(const Scenario& scenario, const ScenarioRobot& robot, const UrdfA
   parameters.X_WR = robot.X_WR;
   for (std::size_t i = 0; i < count; ++i) {
     const JointModel& joint = urdf.arm.joints[i];
-    const double q = robot.initial_joints_rad[i];
+    const double q = given ? robot.initial_joints_rad[i] : initial_position(joint);
     if (q < joint.lower || q > joint.upper) {
       fail(scenario, key, std::to_string(q) + " for joint '" + joint.name + "'",
            "a value in [" + std::to_string(joint.lower) + ", " + std::to_string(joint.upper) + "]");
     }
     parameters.q_initial[i] = q;
+  }
+  if (!given) {
+    std::vector<std::string> starts;
+    for (std::size_t i = 0; i < count; ++i) starts.push_back(number_text(parameters.q_initial[i], 4));
+    cell.import_notes.push_back({robot.name,
+                                 robot.name + ": the joints start at [" + join(starts, ", ") +
+                                     "]; `initial_joints_rad` says where else.",
+                                 {}});
   }
   cell.robots.push_back(parameters);
   CommandDeadline deadline;
@@ -260,7 +274,9 @@ std::shared_ptr<const CellModel> build_cell(const Scenario& stated, const Import
                        scenario.sleeping.method != ScenarioSleeping::Method::never};
   cell->interaction.step_s = scenario.step_s;
   cell->interaction.algorithm = interaction_algorithm(scenario.algorithm);
-  Import import{MeshLibrary(files), ConvexImporter(scenario, options, files, *cell), {}};
+  Import import{MeshLibrary(files, FaceOctreeCache(options.cache_directory)),
+                ConvexImporter(scenario, options, files, *cell),
+                {}};
   const SharedMeshes& meshes = import.meshes;
   for (const ScenarioPart& part : scenario.parts) add_part(scenario, part, import, *cell);
   add_pools(scenario, *cell);

@@ -15,7 +15,7 @@ namespace takt {
 
 /// Options of the import of meshes; the result does not depend on them.
 struct ImportOptions {
-  std::filesystem::path cache_directory;  ///< of convex decompositions; empty: without cache
+  std::filesystem::path cache_directory;  ///< of what is made from meshes; empty: without cache
   double (*clock)() = nullptr;            ///< seconds, for the times in CellModel::convex_imports
   /// Called during long work (a decomposition that is not in the cache): component, and the finished share,
   /// from 0 to 1.

@@ -166,7 +166,9 @@ void describe_deadline(Fields& f, ScenarioRobot& s) {
   f.required_for("safe_action", {std::string(to_string(SafeAction::stop))});
   const std::string joints = std::to_string(s.initial_joints_rad.size());
   f.check(limits.size() <= 1 || limits.size() == s.initial_joints_rad.size(), "max_acceleration_rad_per_s2",
-          std::to_string(limits.size()) + " values", "one, or " + joints + ", one for each joint");
+          std::to_string(limits.size()) + " values",
+          s.initial_joints_rad.empty() ? "one, or as many as initial_joints_rad, which must then be given"
+                                       : "one, or " + joints + ", one for each joint");
   f.check(deadline.safe_action != SafeAction::stop || !limits.empty(), "max_acceleration_rad_per_s2",
           "nothing (the key is missing)", "needed for safe_action: stop, in rad/s^2");
 }
@@ -182,7 +184,11 @@ void describe(Fields& f, ScenarioRobot& s) {
       "Link of the URDF that carries grippers. Without it `tool0`, or else the end of the moving joints.");
   f.pose("pose", s.X_WR, "Pose of the base in the world.");
   f.angles("initial_joints", s.initial_joints_rad, 0,
-           "Joint positions at the start; m for prismatic joints.");
+           "Joint positions at the start; m for prismatic joints. Without it 0, or the middle of a range "
+           "without 0.",
+           0);
+  f.field("mass_kg", s.mass_kg, positive("kg"),
+          "Mass of the links without `<inertial>` together, which share it by the volume of their shapes.");
   f.field("command_period_s", s.command_period_s, positive("s"),
           "Period of the set-points of its controller.");
   describe_deadline(f, s);
@@ -197,7 +203,9 @@ void describe(Fields& f, ScenarioRobot& s) {
               std::string profile = "trapezoid";
               f.field("profile", profile, choice_of(std::vector<std::string>{profile}),
                       "Profile of the speed.");
-              f.angles("end", t.end_rad, joints, "Joint positions at the end.");
+              f.check(joints > 0, "end_rad", "a robot without initial_joints_rad",
+                      "a motion from initial_joints_rad, which must be given");
+              f.angles("end", t.end_rad, joints, "Joint positions at the end.", kRequired);
               f.field("max_velocity_rad_per_s", t.max_velocity_rad_per_s, Numbers{joints, positive("rad/s")},
                       "Largest speed of each joint.", kRequired);
               f.field("max_acceleration_rad_per_s2", t.max_acceleration_rad_per_s2,
@@ -380,7 +388,9 @@ void describe_solver(Fields& f, Scenario& s) {
         "contact", "Solver while any process has level of detail 3; an implicit method.",
         [&] { describe_level_solver(f, s.contact_solver, implicit_solver_names()); }, kAlwaysWritten);
   f.section("dynamics",
-            "Solver while the highest level of detail of all processes is 2; without it: `solver` itself.",
+            "Solver while the highest level of detail of all processes is 2; without it: the method of "
+            "`solver`, or "
+            "implicit where `solver` has none.",
             s.dynamics_solver,
             [&](Scenario::LevelSolver& own) { describe_level_solver(f, own, solver_names()); });
 }

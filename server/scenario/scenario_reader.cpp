@@ -174,6 +174,9 @@ void choose_solver(const YamlSource& source, Scenario& scenario) {
     }
     if (overridden("solver.tolerance") || (all && given.tolerance)) own.tolerance = scenario.tolerance;
   };
+  // Joints with aligned axes are stiff: the drive of each is made for the inertia of all that it turns.
+  if (!given.method && !scenario.dynamics_solver && !scenario.robots.empty())
+    scenario.dynamics_solver = Scenario::LevelSolver{"implicit", solver_default_tolerance("implicit"), {}};
   take_over(scenario.contact_solver, only);
   if (scenario.dynamics_solver) take_over(*scenario.dynamics_solver, false);
   given.contact = given.contact || overridden("solver.method") || overridden("solver.tolerance");

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "idl/common/text.h"
+#include "server/scenario/urdf_shape_inertias.h"
 
 namespace takt {
 
@@ -299,14 +300,21 @@ UrdfArm read_urdf_arm(const std::filesystem::path& file, const std::string& base
   return ArmBuilder(read_urdf(file, packages)).build(base_link, flange_link);
 }
 
-UrdfInertias urdf_inertias(const UrdfArm& arm) {
+UrdfInertias urdf_inertias(const UrdfArm& arm, std::optional<double> mass_kg) {
   const UrdfRobot& robot = arm.robot;
   for (const UrdfLink& link : robot.links) require_meshes(robot, link);
   UrdfInertias result;
+  std::vector<std::optional<BodyInertia>> of_shapes(arm.below_base.size());
+  if (mass_kg) of_shapes = urdf_shape_inertias(arm, *mass_kg);
   result.links.resize(arm.arm.joints.size());
   std::vector<bool> found(arm.arm.joints.size(), false);
   for (std::size_t i = 0; i < arm.below_base.size(); ++i) {
     const UrdfLink& link = robot.links[arm.below_base[i]];
+    if (of_shapes[i] && arm.links[i].joint >= 0) {
+      const auto joint = static_cast<std::size_t>(arm.links[i].joint);
+      result.links[joint] = combined(result.links[joint], *of_shapes[i], arm.links[i].X_JL);
+      found[joint] = true;
+    }
     if (!link.inertial) continue;
     const std::string where = "link '" + link.name + "': <inertial>: ";
     const std::string problem = inertia_problem(link.inertial->at_centre);
@@ -314,7 +322,8 @@ UrdfInertias urdf_inertias(const UrdfArm& arm) {
     if (arm.links[i].joint < 0) continue;  // the base does not move
     const auto joint = static_cast<std::size_t>(arm.links[i].joint);
     const std::string remark = inertia_remark(link.inertial->at_centre);
-    if (!remark.empty()) result.remarks.push_back(robot.place(link.inertial->line) + where + remark);
+    if (!remark.empty())
+      result.remarks.push_back(robot.place(link.inertial->line) + where + remark + "; it is used as it is");
     result.links[joint] =
         combined(result.links[joint], link.inertial->at_centre, arm.links[i].X_JL * link.inertial->X_LC);
     found[joint] = true;
@@ -326,8 +335,18 @@ UrdfInertias urdf_inertias(const UrdfArm& arm) {
                "link '" + arm.links[i].name +
                    "': found no <inertial>, neither on it nor on what is fixed to it, but joint '" +
                    arm.arm.joints[static_cast<std::size_t>(joint)].name +
-                   "' moves it and dynamics are needed here; needed: <inertial> with <mass> and <inertia>");
+                   "' moves it and dynamics are needed here; needed: <inertial> with <mass> and <inertia>" +
+                   (mass_kg ? ", or shapes with a volume"
+                            : ", or the robot's key mass_kg, which links share by their shapes"));
   }
+  std::vector<std::string> shares;
+  for (std::size_t i = 0; i < of_shapes.size(); ++i)
+    if (of_shapes[i])
+      shares.push_back(arm.links[i].name + " " + number_text(of_shapes[i]->mass_kg, 3) + " kg");
+  if (!shares.empty())
+    result.remarks.push_back(
+        "links without <inertial> share mass_kg by the volume of their shapes, at even density: " +
+        join(shares, ", "));
   return result;
 }
 

@@ -3,6 +3,7 @@
 // joints, of fingers or of another arm, stand at one position, so that each other link is fixed to one of the chain,
 // or carries the base.
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -59,7 +60,7 @@ struct UrdfInertias {
 /// Separate from the kinematics, which need no inertias. Throws UrdfError for a joint that moves no
 /// <inertial>, a physically impossible inertia (inertia_problem()), and a missing mesh file: the meshes are
 /// not used here, but a missing file shows that the robot is incomplete. A mesh of a ROS package (package://) may be
-/// missing.
-UrdfInertias urdf_inertias(const UrdfArm& arm);
+/// missing. With `mass_kg` the links without <inertial> share it (urdf_shape_inertias()), which a remark states.
+UrdfInertias urdf_inertias(const UrdfArm& arm, std::optional<double> mass_kg = std::nullopt);
 
 }  // namespace takt

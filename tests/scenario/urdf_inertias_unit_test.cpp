@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <optional>
 
 namespace takt {
 namespace {
@@ -44,9 +45,9 @@ class UrdfInertiasOfAnArm : public testing::Test {
     std::ofstream(path_) << "<robot name='test'>\n" + inside + "</robot>\n";
     return read_urdf_arm(path_, "base", flange);
   }
-  std::string error_of(const std::string& inside) {
+  std::string error_of(const std::string& inside, std::optional<double> mass_kg = std::nullopt) {
     try {
-      urdf_inertias(arm(inside));
+      urdf_inertias(arm(inside), mass_kg);
     } catch (const UrdfError& thrown) {
       EXPECT_THAT(thrown.what(), HasSubstr(path_.string()));
       return thrown.what();
@@ -144,6 +145,55 @@ TEST_F(UrdfInertiasOfAnArm, RefusesMeshesThatAreNotThere) {
   EXPECT_EQ(error_of(with(path_.filename().string())), "no error");
   EXPECT_EQ(error_of(with("file://" + path_.filename().string())), "no error");
   EXPECT_EQ(error_of(with("package://elsewhere/arm.stl")), "no error");
+}
+
+std::string box(const char* element, const std::string& size, const std::string& origin = "") {
+  return "<" + std::string(element) + ">" + origin + "<geometry><box size='" + size + "'/></geometry></" +
+         element + ">";
+}
+
+// 16 kg in shares of 2, 6 and 8 l: the base has 2 kg, the arm 6 kg in two boxes, the hand on it 8 kg.
+TEST_F(UrdfInertiasOfAnArm, LinksWithoutInertialShareAMassByTheVolumeOfTheirShapes) {
+  const std::string links = link_with("base", box("collision", "0.1 0.1 0.2")) +
+                            link_with("arm", box("collision", "0.1 0.2 0.2", "<origin xyz='0 0 0.1'/>") +
+                                                 box("collision", "0.1 0.1 0.2", "<origin xyz='0 0 0.3'/>") +
+                                                 box("visual", "9 9 9")) +
+                            link_with("hand", box("visual", "0.2 0.2 0.2")) + link_with("frame") +
+                            joint_with("j", "revolute", "base", "arm") +
+                            joint_with("j_hand", "fixed", "arm", "hand", "<origin xyz='0 0 0.5'/>") +
+                            joint_with("j_frame", "fixed", "hand", "frame", "");
+  const UrdfInertias inertias = urdf_inertias(arm(links), 16.0);
+  ASSERT_EQ(inertias.links.size(), 1U);
+  const BodyInertia& one = inertias.links[0];
+  EXPECT_NEAR(one.mass_kg, 14.0, 1e-12);
+  const double z = (4.0 * 0.1 + 2.0 * 0.3 + 8.0 * 0.5) / 14.0;
+  EXPECT_LT((one.p_BBcm_B - Vec3(0.0, 0.0, z)).norm(), 1e-12);
+  const auto square = [](double x) { return x * x; };
+  const double about_x = 4.0 * (0.08 / 12.0 + square(z - 0.1)) + 2.0 * (0.05 / 12.0 + square(z - 0.3)) +
+                         8.0 * (0.08 / 12.0 + square(z - 0.5));
+  EXPECT_NEAR(one.I_BBcm_B(0, 0), about_x, 1e-12);
+  EXPECT_NEAR(one.I_BBcm_B(2, 2), 4.0 * 0.05 / 12.0 + 2.0 * 0.02 / 12.0 + 8.0 * 0.08 / 12.0, 1e-12);
+  ASSERT_EQ(inertias.remarks.size(), 1U);
+  EXPECT_THAT(inertias.remarks[0], HasSubstr("at even density: base 2 kg, arm 6 kg, hand 8 kg"));
+}
+
+TEST_F(UrdfInertiasOfAnArm, LinksWithInertialKeepIt) {
+  const std::string links =
+      link_with("base", body(50.0)) + link_with("arm", body(3.0) + box("collision", "1 1 1")) +
+      link_with("hand", box("collision", "0.1 0.1 0.1")) + joint_with("j", "revolute", "base", "arm") +
+      joint_with("j_hand", "fixed", "arm", "hand", "");
+  EXPECT_NEAR(urdf_inertias(arm(links), 2.0).links[0].mass_kg, 5.0, 1e-12);
+}
+
+TEST_F(UrdfInertiasOfAnArm, AMassWithoutTakersIsReported) {
+  const std::string joint = joint_with("j", "revolute", "base", "arm");
+  EXPECT_THAT(error_of(link_with("base", body()) + link_with("arm", body()) + joint, 2.0),
+              AllOf(HasSubstr("found <inertial> in each link from 'base' on"), HasSubstr("mass_kg")));
+  EXPECT_THAT(error_of(link_with("base", body()) + link_with("arm") + joint, 2.0),
+              HasSubstr("found no <collision> or <visual> with a volume"));
+  EXPECT_THAT(error_of(link_with("base", box("collision", "1 1 1")) + link_with("arm") + joint, 2.0),
+              AllOf(HasSubstr("link 'arm': found no <inertial>"), HasSubstr("or shapes with a volume")));
+  EXPECT_THAT(error_of(link_with("base") + link_with("arm") + joint), HasSubstr("the robot's key mass_kg"));
 }
 
 }  // namespace

@@ -3,7 +3,6 @@
 #include <stdlib.h>
 
 #include <array>
-#include <bit>
 #include <charconv>
 #include <cstdint>
 #include <cstdio>
@@ -14,41 +13,13 @@
 #include <utility>
 
 #include "idl/common/atomic_file.h"
+#include "server/geometry/mesh/content_hash.h"
 
 namespace takt {
 namespace {
 
-constexpr std::string_view kFormat = "takt convex parts 1";
+constexpr std::string_view kFormat = "takt convex parts 2";
 constexpr std::uintmax_t kLargestEntry = 256U << 20;  // more than 1024 parts of 1024 vertices
-
-/// Two independent 64-bit chains (multiply-xorshift as in splitmix64). Not cryptographic: it detects
-/// accidental differences only.
-class ContentHash {
- public:
-  void add(std::uint64_t word) {
-    for (std::size_t i = 0; i < state_.size(); ++i) {
-      std::uint64_t z = (state_[i] ^ word) * kFactors[i];
-      z ^= z >> 31;
-      state_[i] = z * 0x94D049BB133111EBULL + kSeeds[i];
-    }
-  }
-  void add(double value) { add(std::bit_cast<std::uint64_t>(value)); }
-  void add(std::string_view text) {
-    add(std::uint64_t{text.size()});
-    for (const char c : text) add(std::uint64_t{static_cast<unsigned char>(c)});
-  }
-  std::string text() const {
-    std::array<char, 33> digits{};
-    std::snprintf(digits.data(), digits.size(), "%016llx%016llx", static_cast<unsigned long long>(state_[0]),
-                  static_cast<unsigned long long>(state_[1]));
-    return digits.data();
-  }
-
- private:
-  static constexpr std::array<std::uint64_t, 2> kSeeds{0x9E3779B97F4A7C15ULL, 0xD1B54A32D192ED03ULL};
-  static constexpr std::array<std::uint64_t, 2> kFactors{0xBF58476D1CE4E5B9ULL, 0xFF51AFD7ED558CCDULL};
-  std::array<std::uint64_t, 2> state_ = kSeeds;
-};
 
 std::string checksum(std::string_view text) {
   ContentHash hash;
@@ -148,14 +119,7 @@ std::string DecompositionCache::key(const TriangleMesh& solid, const Decompositi
   hash.add(parameters.max_volume_error);
   hash.add(static_cast<std::uint64_t>(parameters.max_vertices_per_hull));
   hash.add(static_cast<std::uint64_t>(parameters.best_plane));
-  hash.add(std::uint64_t{solid.vertices.size()});
-  for (const Vec3& v : solid.vertices) {
-    for (int i = 0; i < 3; ++i) hash.add(v[i]);
-  }
-  hash.add(std::uint64_t{solid.triangles.size()});
-  for (const auto& t : solid.triangles) {
-    for (const std::uint32_t v : t) hash.add(std::uint64_t{v});
-  }
+  hash.add(solid);
   return hash.text();
 }
 

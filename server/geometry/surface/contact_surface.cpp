@@ -9,6 +9,7 @@
 #include "idl/common/text.h"
 #include "server/geometry/surface/clusters.h"
 #include "server/geometry/surface/contact_surface_data.h"
+#include "server/geometry/surface/face_octree_cache.h"
 #include "server/geometry/surface/surface_elements.h"
 
 namespace takt {
@@ -117,7 +118,7 @@ void find_sharp_edges(Data& data) {
     }
 }
 
-void make_faces(const TriangleMesh& mesh, Data& data) {
+void make_faces(const TriangleMesh& mesh, const FaceOctreeCache& octrees, Data& data) {
   data.vertices = mesh.vertices;
   data.faces.resize(mesh.triangles.size());
   std::vector<Vec3> normals(mesh.triangles.size());
@@ -152,7 +153,7 @@ void make_faces(const TriangleMesh& mesh, Data& data) {
   find_patches(data, normals, areas);
   find_vertex_normals(data);
   find_sharp_edges(data);
-  if (data.curved()) data.octree = FaceOctree(data);
+  if (data.curved()) data.octree = face_octree_cached(data, mesh, octrees);
   make_pieces(data);
 }
 
@@ -294,14 +295,15 @@ double default_element_edge_m(const TriangleMesh& mesh) {
   return kShare * (box.upper - box.lower).norm();
 }
 
-ContactSurface::ContactSurface(const TriangleMesh& mesh, const ContactSurfaceOptions& options)
+ContactSurface::ContactSurface(const TriangleMesh& mesh, const ContactSurfaceOptions& options,
+                               const FaceOctreeCache* octrees)
     : data_(std::make_unique<Data>()) {
   const MeshCheck check = check_closed(mesh);
   if (!check.ok()) throw std::invalid_argument("a contact surface needs a closed mesh: " + check.problem);
   if (!(options.element_edge_m >= 0.0 && std::isfinite(options.element_edge_m)))
     throw std::invalid_argument("element_edge_m is " + std::to_string(options.element_edge_m) +
                                 "; it must be positive, or 0 for the triangles as they are");
-  make_faces(mesh, *data_);
+  make_faces(mesh, octrees == nullptr ? FaceOctreeCache() : *octrees, *data_);
   make_elements(*data_, options, default_element_edge_m(mesh));
   make_clusters(*data_);
   find_wall(*data_);

@@ -41,10 +41,14 @@ struct ResamplingReport {
 /// "N cells ... in place of M pieces ...", of a report with a spacing.
 std::string sentence_of(const ResamplingReport& report);
 
+class FaceOctreeCache;
+
 class ContactSurface {
  public:
-  /// `mesh` must be closed (check_closed) with outward normals, else throws std::invalid_argument.
-  ContactSurface(const TriangleMesh& mesh, const ContactSurfaceOptions& options);
+  /// `mesh` must be closed (check_closed) with outward normals, else throws std::invalid_argument. The result does not
+  /// depend on `octrees`.
+  ContactSurface(const TriangleMesh& mesh, const ContactSurfaceOptions& options,
+                 const FaceOctreeCache* octrees = nullptr);
   ~ContactSurface();
 
   std::size_t element_count() const;

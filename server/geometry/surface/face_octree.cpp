@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
+#include <type_traits>
 
 #include "server/geometry/surface/contact_surface_data.h"
 
@@ -11,6 +13,8 @@ namespace {
 
 /// Rounding; far above it, far below any size of a cell.
 constexpr double kSlack_m = 1e-8;
+/// Rounding of positions in single precision, as a share of the root.
+constexpr double kFloatSlack = 1e-6;
 /// Lists of this length are not worth a division.
 constexpr std::size_t kShort = 16;
 /// Smallest edge of a cell, and depth to which cells are divided, in mean edges of the faces near it.
@@ -33,7 +37,6 @@ class FaceOctree::Builder {
 
   void build() {
     area_m2_.resize(surface_.faces.size());
-    balls_.resize(surface_.faces.size());
     Level level;
     for (std::size_t i = 0; i < surface_.faces.size(); ++i) {
       const auto c = surface_.corners(surface_.faces[i]);
@@ -41,114 +44,181 @@ class FaceOctree::Builder {
       const Vec3 middle = (c[0] + c[1] + c[2]) / 3.0;
       const double radius_m =
           std::max({(c[0] - middle).norm(), (c[1] - middle).norm(), (c[2] - middle).norm()});
-      balls_[i] = {middle, radius_m + kSlack_m};
-      level.lists.push_back({static_cast<std::int32_t>(i), 0.0});
+      const Vec3 at = middle - tree_.lower_;
+      level.balls.add(static_cast<std::int32_t>(i), static_cast<float>(at.x()), static_cast<float>(at.y()),
+                      static_cast<float>(at.z()), static_cast<float>(radius_m));
     }
+    slack_m_ = static_cast<float>(kFloatSlack * tree_.size_m_ + kSlack_m);
     tree_.children_.assign(1, 0);  // the root, in the place of a child
-    level.cells.push_back({{0, 0, 0}, 0, 0, level.lists.size()});
+    level.cells.push_back({{0, 0, 0}, 0, 0, level.balls.face.size()});
     const std::size_t budget = kEntriesPerFace * surface_.faces.size() + kEntries;
     Level next;
     for (std::uint8_t depth = 0; !level.cells.empty(); ++depth) {
-      next.cells.clear(), next.lists.clear();
+      next.cells.clear(), next.balls.clear();
       const bool divide = depth < kLevels && tree_.near_.size() + kShort * level.cells.size() < budget;
       for (const Cell& cell : level.cells) add(level, cell, depth, divide, next);
       std::swap(level, next);
     }
     tree_.near_.shrink_to_fit(), tree_.leaves_.shrink_to_fit(), tree_.children_.shrink_to_fit();
-    make_top();
+    tree_.make_top();
   }
 
  private:
-  struct Candidate {
-    std::int32_t face;
-    double distance_m;  ///< from the centre of the parent
-  };
-  /// Around a face: most faces of a list are too far away, which this shows from half a line of the cache.
-  struct Ball {
-    Vec3 middle;
-    double radius_m;
+  /// Around faces: a ball shows from few bytes that a face is too far away. Its middle is a point of the face, so its
+  /// distance bounds that of the face from both sides.
+  struct Balls {
+    std::vector<float> x, y, z;  ///< of the middle, from the corner of the root (m)
+    std::vector<float> radius_m;
+    std::vector<std::int32_t> face;
+    void clear() { x.clear(), y.clear(), z.clear(), radius_m.clear(), face.clear(); }
+    void add(std::int32_t number, float at_x, float at_y, float at_z, float radius) {
+      x.push_back(at_x), y.push_back(at_y), z.push_back(at_z), radius_m.push_back(radius),
+          face.push_back(number);
+    }
+    void add(const Balls& other, std::size_t i) {
+      add(other.face[i], other.x[i], other.y[i], other.z[i], other.radius_m[i]);
+    }
   };
   struct Cell {
     std::array<std::uint32_t, 3> at;
     std::size_t place;       ///< in `children_`
     std::size_t begin, end;  ///< of its parent's list
   };
-  /// Cells of one size, and the lists of their parents.
+  /// Cells of one size, and the lists of their parents: the faces that may be closest in any of the children.
   struct Level {
     std::vector<Cell> cells;
-    std::vector<Candidate> lists;
+    Balls balls;
+  };
+  struct Candidate {
+    std::size_t ball;
+    std::int32_t face;
+    double distance_m;  ///< from the centre of the cell, once find_faces() has found it
   };
 
   std::int32_t patch(std::int32_t face) const { return surface_.faces[static_cast<std::size_t>(face)].patch; }
+
+  /// Distances of the middles of a cell's balls from its centre, and the least of them.
+  std::size_t find_middles(const Balls& balls, const Cell& cell, const Vec3& center) {
+    using Floats = Eigen::Map<const Eigen::ArrayXf>;
+    const auto count = static_cast<Eigen::Index>(cell.end - cell.begin);
+    const auto part = [&](const std::vector<float>& all) { return Floats(all.data() + cell.begin, count); };
+    const Eigen::Vector3f c = (center - tree_.lower_).cast<float>();
+    middle_m_.resize(static_cast<std::size_t>(count)), least_m_.resize(static_cast<std::size_t>(count));
+    Eigen::Map<Eigen::ArrayXf> middle_m(middle_m_.data(), count), least_m(least_m_.data(), count);
+    middle_m = ((part(balls.x) - c.x()).square() + (part(balls.y) - c.y()).square() +
+                (part(balls.z) - c.z()).square())
+                   .sqrt();
+    least_m = middle_m - part(balls.radius_m) - slack_m_;
+    const float closest_m = middle_m.minCoeff();
+    return static_cast<std::size_t>(std::find(middle_m_.begin(), middle_m_.end(), closest_m) -
+                                    middle_m_.begin());
+  }
+
+  ClosestOnFace closest_on(std::int32_t face, const Vec3& x) const {
+    return surface_.closest_on_face(surface_.faces[static_cast<std::size_t>(face)], x);
+  }
+
+  NearestFace find_nearest(const Balls& balls, const Cell& cell, std::size_t first,
+                           const Vec3& center) const {
+    const std::int32_t guess = balls.face[cell.begin + first];
+    NearestFace nearest{guess, closest_on(guess, center)};
+    auto limit_m = static_cast<float>(std::sqrt(nearest.closest.squared_m2));
+    for (std::size_t i = 0; i < middle_m_.size(); ++i) {
+      if (least_m_[i] > limit_m) continue;
+      const std::int32_t face = balls.face[cell.begin + i];
+      const ClosestOnFace on = closest_on(face, center);
+      if (!(on.squared_m2 < nearest.closest.squared_m2)) continue;
+      nearest = {face, on};
+      limit_m = static_cast<float>(std::sqrt(on.squared_m2));
+    }
+    return nearest;
+  }
+
+  /// Puts the faces into `found_` whose balls are within `limit_m`, and returns how many of them are so for certain.
+  std::size_t find_balls(const Balls& balls, const Cell& cell, double limit_m) {
+    found_.clear();
+    const auto limit = static_cast<float>(limit_m);
+    std::size_t certain = 0;
+    for (std::size_t i = 0; i < least_m_.size(); ++i) {
+      if (least_m_[i] > limit) continue;
+      found_.push_back({cell.begin + i, balls.face[cell.begin + i], 0.0});
+      if (middle_m_[i] + slack_m_ < limit) ++certain;
+    }
+    return certain;
+  }
+
+  /// Leaves those in `found_` that are within `limit_m`, with their distances.
+  std::size_t find_faces(const Vec3& center, double limit_m) {
+    for (Candidate& c : found_) c.distance_m = std::sqrt(closest_on(c.face, center).squared_m2);
+    std::erase_if(found_, [&](const Candidate& c) { return c.distance_m > limit_m; });
+    return found_.size();
+  }
+
+  bool on_one_patch() const {
+    const std::int32_t first = patch(found_.front().face);
+    return std::all_of(found_.begin(), found_.end(),
+                       [&](const Candidate& c) { return patch(c.face) == first; });
+  }
+
+  /// Mean edge of the faces in `found_` (m).
+  double face_m() const {
+    double area_m2 = 0.0;
+    for (const Candidate& c : found_) area_m2 += area_m2_[static_cast<std::size_t>(c.face)];
+    return std::sqrt(2.0 * area_m2 / static_cast<double>(found_.size()));
+  }
 
   void add(const Level& level, const Cell& cell, std::uint8_t depth, bool divide, Level& next) {
     const double edge_m = tree_.size_m_ / static_cast<double>(1U << depth);
     const Vec3 center = tree_.lower_ + edge_m * Vec3(cell.at[0] + 0.5, cell.at[1] + 0.5, cell.at[2] + 0.5);
     const double r = 0.5 * std::sqrt(3.0) * edge_m + kSlack_m;
-    // The list of the parent has every face that may be closest in any of its children, the closest one to
-    // its own centre first.
-    found_.clear();
-    NearestFace nearest;
-    double limit_m = INFINITY;
-    for (std::size_t i = cell.begin; i < cell.end; ++i) {
-      const Candidate& candidate = level.lists[i];
-      // The centre of the parent is r away.
-      if (depth > 0 && candidate.distance_m - r > limit_m) continue;
-      const Ball& ball = balls_[static_cast<std::size_t>(candidate.face)];
-      const double reach_m = limit_m + ball.radius_m;
-      if ((ball.middle - center).squaredNorm() > reach_m * reach_m) continue;
-      const ContactFace& face = surface_.faces[static_cast<std::size_t>(candidate.face)];
-      if (surface_.least_squared_m2(face, center) > limit_m * limit_m) continue;
-      const ClosestOnFace on = surface_.closest_on_face(face, center);
-      const double distance_m = std::sqrt(on.squared_m2);
-      if (distance_m > limit_m) continue;
-      found_.push_back({candidate.face, distance_m});
-      if (!(on.squared_m2 < nearest.closest.squared_m2)) continue;
-      nearest = {candidate.face, on};
-      limit_m = distance_m + 2.0 * r;
-    }
+    const std::size_t first = find_middles(level.balls, cell, center);
+    const NearestFace nearest = find_nearest(level.balls, cell, first, center);
     const double distance_m = std::sqrt(nearest.closest.squared_m2);
     const bool inside =
         surface_.inside(surface_.faces[static_cast<std::size_t>(nearest.face)], nearest.closest, center);
-    std::erase_if(found_, [&](const Candidate& c) { return c.distance_m > limit_m; });
-    std::iter_swap(found_.begin(), std::find_if(found_.begin(), found_.end(),
-                                                [&](const Candidate& c) { return c.face == nearest.face; }));
+    const double limit_m = distance_m + 2.0 * r;
+    const std::size_t certain = find_balls(level.balls, cell, limit_m);
 
     Leaf leaf;
     leaf.level = depth;
     leaf.at_least_m = rounded_down((inside ? -distance_m : distance_m) - kSlack_m);
-    double area_m2 = 0.0;
-    for (const Candidate& c : found_) area_m2 += area_m2_[static_cast<std::size_t>(c.face)];
-    const double face_m = std::sqrt(2.0 * area_m2 / static_cast<double>(found_.size()));
-    const bool small = !divide || edge_m < kSmallest * face_m;
+    const double mean_m = face_m();
+    const bool small = !divide || edge_m < kSmallest * mean_m;
     if (!inside && distance_m > r) {
-      if (!small && distance_m < kKnown * r) return divide_cell(cell, next);
+      if (!small && distance_m < kKnown * r) return divide_cell(level, cell, next);
       leaf.kind = Kind::outside;
-      put_plane_below(cell, edge_m, leaf);
-      if (distance_m - r < kBand * face_m && found_.size() <= kLong) list_faces(leaf);
+      if (certain <= kLong && find_faces(center, limit_m) <= kLong) {
+        put_plane_below(center, edge_m, leaf);
+        if (distance_m - r < kBand * mean_m) list_faces(leaf);
+      }
       return finish(cell, leaf);
     }
-    const std::int32_t first = patch(found_.front().face);
-    if (std::all_of(found_.begin(), found_.end(),
-                    [&](const Candidate& c) { return patch(c.face) == first; })) {
+    const bool deep = inside && distance_m - r > kBand * mean_m;
+    const bool worth_dividing = !small && !deep;
+    bool one_patch = on_one_patch();
+    if (!one_patch && worth_dividing && certain > kShort) return divide_cell(level, cell, next);
+    if (!one_patch && certain <= kLong) {
+      find_faces(center, limit_m);
+      one_patch = on_one_patch();
+    }
+    if (one_patch) {
       leaf.kind = Kind::patch;
-      leaf.patch = first;
+      leaf.patch = patch(found_.front().face);
       return finish(cell, leaf);
     }
-    const bool deep = inside && distance_m - r > kBand * face_m;
-    if (found_.size() > kShort && !small && !deep) return divide_cell(cell, next);
+    if (found_.size() > kShort && worth_dividing) return divide_cell(level, cell, next);
     if (found_.size() > kLong) {
       leaf.kind = Kind::many;
       return finish(cell, leaf);
     }
     leaf.kind = Kind::faces;
-    put_plane_below(cell, edge_m, leaf);
+    put_plane_below(center, edge_m, leaf);
     list_faces(leaf);
     finish(cell, leaf);
   }
 
-  void put_plane_below(const Cell& cell, double edge_m, Leaf& leaf) const {
-    if (found_.size() > kLong) return;
+  /// Of the faces in `found_`, whose distances are exact.
+  void put_plane_below(const Vec3& center, double edge_m, Leaf& leaf) const {
     const auto plane = [&](const Candidate& c) -> const ContactPatch& {
       return surface_.patches[static_cast<std::size_t>(patch(c.face))];
     };
@@ -161,17 +231,17 @@ class FaceOctree::Builder {
       leaf.normal = {};
       return;
     }
+    // The difference of two planes is linear: it is largest at a corner of the cell.
     double offset_m = -INFINITY;
-    for (std::uint32_t corner = 0; corner < 8; ++corner) {
-      const Vec3 x =
-          tree_.lower_ + edge_m * Vec3(cell.at[0] + (corner & 1U), cell.at[1] + (corner >> 1U & 1U),
-                                       cell.at[2] + (corner >> 2U & 1U));
-      for (const Candidate& c : found_)
-        offset_m = std::max(offset_m, normal.dot(x) - (plane(c).normal.dot(x) - plane(c).offset_m));
+    for (const Candidate& c : found_) {
+      const Vec3 difference = normal - plane(c).normal;
+      offset_m = std::max(offset_m,
+                          difference.dot(center) + 0.5 * edge_m * difference.lpNorm<1>() + plane(c).offset_m);
     }
     leaf.offset_m = -rounded_down(-(offset_m + kSlack_m));
   }
 
+  /// Of the faces in `found_`, whose distances are exact.
   void list_faces(Leaf& leaf) {
     std::sort(found_.begin(), found_.end(), [](const Candidate& a, const Candidate& b) {
       return a.distance_m != b.distance_m ? a.distance_m < b.distance_m : a.face < b.face;
@@ -186,41 +256,26 @@ class FaceOctree::Builder {
     tree_.leaves_.push_back(leaf);
   }
 
-  void divide_cell(const Cell& cell, Level& next) {
+  void divide_cell(const Level& level, const Cell& cell, Level& next) {
     const std::size_t place = tree_.children_.size();
     tree_.children_[cell.place] = static_cast<std::int32_t>(place);
     tree_.children_.resize(place + 8, 0);
-    const std::size_t begin = next.lists.size();
-    next.lists.insert(next.lists.end(), found_.begin(), found_.end());
+    const std::size_t begin = next.balls.face.size();
+    for (const Candidate& c : found_) next.balls.add(level.balls, c.ball);
     for (std::uint32_t octant = 0; octant < 8; ++octant)
       next.cells.push_back({{2 * cell.at[0] + (octant & 1U), 2 * cell.at[1] + (octant >> 1U & 1U),
                              2 * cell.at[2] + (octant >> 2U & 1U)},
                             place + octant,
                             begin,
-                            next.lists.size()});
-  }
-
-  void make_top() {
-    std::uint32_t levels = 0;
-    while (levels < kMostTopLevels && (8U << (3 * levels)) <= tree_.leaves_.size()) ++levels;
-    tree_.top_levels_ = levels;
-    const std::uint32_t count = 1U << levels;
-    tree_.top_.clear();
-    tree_.top_.reserve(std::size_t{count} * count * count);
-    for (std::uint32_t x = 0; x < count; ++x)
-      for (std::uint32_t y = 0; y < count; ++y)
-        for (std::uint32_t z = 0; z < count; ++z) {
-          std::int32_t node = tree_.children_.front();
-          for (std::uint32_t shift = levels; shift > 0 && node >= 0;)
-            node = tree_.child(node, {x, y, z}, --shift);
-          tree_.top_.push_back(node);
-        }
+                            next.balls.face.size()});
   }
 
   const ContactSurface::Data& surface_;
   FaceOctree& tree_;
   std::vector<double> area_m2_;
-  std::vector<Ball> balls_;
+  float slack_m_ = 0.0F;  ///< of distances from balls
+  std::vector<float> middle_m_,
+      least_m_;  ///< of a cell's list: distance of the middle, lower bound of the face's
   std::vector<Candidate> found_;
 };
 
@@ -232,6 +287,105 @@ FaceOctree::FaceOctree(const ContactSurface::Data& surface) : bounds_(surface.bo
   size_m_ = 2.0 * half_m;
   cells_per_m_ = static_cast<double>(1U << kLevels) / size_m_;
   Builder(surface, *this).build();
+}
+
+void FaceOctree::make_top() {
+  top_levels_ = 0;
+  while (top_levels_ < kMostTopLevels && (8U << (3 * top_levels_)) <= leaves_.size()) ++top_levels_;
+  const std::uint32_t count = 1U << top_levels_;
+  top_.clear();
+  top_.reserve(std::size_t{count} * count * count);
+  for (std::uint32_t x = 0; x < count; ++x)
+    for (std::uint32_t y = 0; y < count; ++y)
+      for (std::uint32_t z = 0; z < count; ++z) {
+        std::int32_t node = children_.front();
+        for (std::uint32_t shift = top_levels_; shift > 0 && node >= 0;)
+          node = child(node, {x, y, z}, --shift);
+        top_.push_back(node);
+      }
+}
+
+namespace {
+
+template <typename T>
+void append(std::string& bytes, const T& value) {
+  static_assert(std::is_trivially_copyable_v<T>);
+  bytes.append(reinterpret_cast<const char*>(&value), sizeof(value));
+}
+template <typename T>
+void append(std::string& bytes, const std::vector<T>& values) {
+  static_assert(std::is_trivially_copyable_v<T>);
+  append(bytes, std::uint64_t{values.size()});
+  bytes.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
+}
+template <typename T>
+bool take(std::string_view& bytes, T& value) {
+  if (bytes.size() < sizeof(value)) return false;
+  std::memcpy(&value, bytes.data(), sizeof(value));
+  bytes.remove_prefix(sizeof(value));
+  return true;
+}
+template <typename T>
+bool take(std::string_view& bytes, std::vector<T>& values) {
+  std::uint64_t count = 0;
+  if (!take(bytes, count) || count > bytes.size() / sizeof(T)) return false;
+  values.resize(count);
+  if (count > 0) std::memcpy(values.data(), bytes.data(), count * sizeof(T));
+  bytes.remove_prefix(count * sizeof(T));
+  return true;
+}
+
+}  // namespace
+
+std::string FaceOctree::bytes() const {
+  std::string bytes;
+  for (const Vec3* v : {&lower_, &bounds_.lower, &bounds_.upper})
+    for (const double x : *v) append(bytes, x);
+  append(bytes, size_m_);
+  append(bytes, children_), append(bytes, leaves_), append(bytes, near_);
+  return bytes;
+}
+
+std::optional<FaceOctree> FaceOctree::from_bytes(std::string_view bytes, std::size_t faces,
+                                                 std::size_t patches) {
+  FaceOctree tree;
+  bool whole = true;
+  for (Vec3* v : {&tree.lower_, &tree.bounds_.lower, &tree.bounds_.upper})
+    for (double& x : *v) whole = whole && take(bytes, x);
+  whole = whole && take(bytes, tree.size_m_) && take(bytes, tree.children_) && take(bytes, tree.leaves_) &&
+          take(bytes, tree.near_) && bytes.empty();
+  if (!whole || !tree.is_consistent(faces, patches)) return std::nullopt;
+  tree.cells_per_m_ = static_cast<double>(1U << kLevels) / tree.size_m_;
+  tree.make_top();
+  return tree;
+}
+
+// Whatever the bytes are, a search ends and stays within the lists.
+bool FaceOctree::is_consistent(std::size_t faces, std::size_t patches) const {
+  if (!(size_m_ > 0.0) || children_.size() % 8 != 1) return false;
+  // Nodes come behind their parents, so that no way goes around, and none is longer than a descent.
+  std::vector<std::uint8_t> depth(children_.size(), 0);
+  for (std::size_t i = 0; i < children_.size(); ++i) {
+    const std::int32_t node = children_[i];
+    if (node < 0) {
+      if (static_cast<std::size_t>(~node) >= leaves_.size()) return false;
+      continue;
+    }
+    const auto place = static_cast<std::size_t>(node);
+    if (place <= i || place + 8 > children_.size() || depth[i] == kLevels) return false;
+    for (std::size_t k = place; k < place + 8; ++k)
+      depth[k] = std::max(depth[k], static_cast<std::uint8_t>(depth[i] + 1));
+  }
+  for (const Leaf& leaf : leaves_) {
+    if (leaf.kind > Kind::many || leaf.level > kLevels || leaf.begin > leaf.end || leaf.end > near_.size() ||
+        leaf.end - leaf.begin > kLong)
+      return false;
+    if (leaf.kind == Kind::patch && (leaf.patch < 0 || static_cast<std::size_t>(leaf.patch) >= patches))
+      return false;
+  }
+  return std::all_of(near_.begin(), near_.end(), [&](const Near& near) {
+    return near.face >= 0 && static_cast<std::size_t>(near.face) < faces;
+  });
 }
 
 void FaceOctree::find(std::span<const Vec3> points, std::span<const Leaf*, kBatch> leaves) const {

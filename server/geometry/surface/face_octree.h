@@ -12,7 +12,10 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "server/geometry/surface/contact_surface.h"
@@ -37,7 +40,7 @@ class FaceOctree {
     float at_least_m = 0.0F;  ///< lower bound of the signed distance of the centre
     std::int32_t patch = -1;  ///< of Kind::patch
     std::uint32_t begin = 0, end = 0;
-    /// No point of the leaf has a smaller signed distance than its height above this plane.
+    /// A point of the leaf is no closer to the surface than it is high above this plane; a point inside is below it.
     std::array<float, 3> normal{};
     float offset_m = std::numeric_limits<float>::infinity();
   };
@@ -47,6 +50,11 @@ class FaceOctree {
   explicit FaceOctree(const ContactSurface::Data& surface);
 
   bool empty() const { return leaves_.empty(); }
+
+  /// All of it, for machines with the byte order of this one.
+  std::string bytes() const;
+  /// What bytes() has returned, of a surface with so many faces and patches; std::nullopt for any other bytes.
+  static std::optional<FaceOctree> from_bytes(std::string_view bytes, std::size_t faces, std::size_t patches);
 
   /// Most faces of a list: a longer one costs more than a walk through the hierarchy of faces.
   static constexpr std::size_t kLong = 64;
@@ -75,7 +83,7 @@ class FaceOctree {
     }
     return std::sqrt(sum) * edge_m;
   }
-  /// Lower bound of the signed distance of x, a point of the leaf, from the surface (m).
+  /// Where it is positive, a lower bound of the distance of x, a point of the leaf, from the surface (m); else x may be inside.
   double at_least_m(const Leaf& leaf, const Vec3& x) const {
     const double height = static_cast<double>(leaf.normal[0]) * x.x() +
                           static_cast<double>(leaf.normal[1]) * x.y() +
@@ -87,6 +95,8 @@ class FaceOctree {
 
  private:
   class Builder;
+  void make_top();  ///< from the nodes
+  bool is_consistent(std::size_t faces, std::size_t patches) const;
   static constexpr std::uint32_t kLevels = 20;  ///< most halvings
 
   bool locate(const Vec3& x, std::array<std::uint32_t, 3>& cell) const {

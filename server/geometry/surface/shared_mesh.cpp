@@ -13,8 +13,9 @@ BodyBox box_of(const TriangleMesh& mesh) {
 
 }  // namespace
 
-SharedMesh::SharedMesh(RepairedMesh repaired)
+SharedMesh::SharedMesh(RepairedMesh repaired, FaceOctreeCache octrees)
     : repaired_(std::move(repaired)),
+      octrees_(std::move(octrees)),
       volume_(volume_properties(repaired_.mesh)),
       box_(box_of(repaired_.mesh)),
       default_element_edge_m_(takt::default_element_edge_m(repaired_.mesh)) {}
@@ -39,7 +40,7 @@ const std::shared_ptr<const SolidProbe>& SharedMesh::probe() {
 
 const std::shared_ptr<const ContactSurface>& SharedMesh::surface(const ContactSurfaceOptions& options) {
   std::shared_ptr<const ContactSurface>& surface = surfaces_[{options.element_edge_m, options.resampling}];
-  if (surface == nullptr) surface = std::make_shared<const ContactSurface>(mesh(), options);
+  if (surface == nullptr) surface = std::make_shared<const ContactSurface>(mesh(), options, &octrees_);
   return surface;
 }
 
@@ -64,7 +65,7 @@ const std::vector<MeshDiagnostic>& SharedMesh::quality(double element_edge_m, bo
 const std::shared_ptr<SharedMesh>& MeshLibrary::mesh(const std::filesystem::path& file, double scale) {
   const auto [place, is_new] = meshes_.try_emplace({file, scale});
   if (!is_new && place->second != nullptr) return place->second;
-  place->second = std::make_shared<SharedMesh>(import_repaired_solid(file, scale, files_));
+  place->second = std::make_shared<SharedMesh>(import_repaired_solid(file, scale, files_), octrees_);
   return place->second;
 }
 

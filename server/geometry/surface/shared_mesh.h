@@ -15,13 +15,14 @@
 #include "server/geometry/mesh/triangle_mesh.h"
 #include "server/geometry/surface/contact_surface.h"
 #include "server/geometry/surface/distance_field.h"
+#include "server/geometry/surface/face_octree_cache.h"
 
 namespace takt {
 
 class SharedMesh {
  public:
   /// `repaired` must bound a solid.
-  explicit SharedMesh(RepairedMesh repaired);
+  explicit SharedMesh(RepairedMesh repaired, FaceOctreeCache octrees = FaceOctreeCache());
 
   const TriangleMesh& mesh() const { return repaired_.mesh; }
   /// Of the repair.
@@ -42,6 +43,7 @@ class SharedMesh {
 
  private:
   RepairedMesh repaired_;
+  FaceOctreeCache octrees_;
   VolumeProperties volume_;
   BodyBox box_;
   double default_element_edge_m_;
@@ -59,13 +61,15 @@ using SharedMeshes = std::vector<std::shared_ptr<SharedMesh>>;
 /// The meshes of the files of one cell.
 class MeshLibrary {
  public:
-  explicit MeshLibrary(MeshFiles& files) : files_(files) {}
+  explicit MeshLibrary(MeshFiles& files, FaceOctreeCache octrees = FaceOctreeCache())
+      : files_(files), octrees_(std::move(octrees)) {}
   /// The file's solid at this scale, repaired; the file is read at the first call. Throws MeshError for a
   /// mesh that bounds no solid.
   const std::shared_ptr<SharedMesh>& mesh(const std::filesystem::path& file, double scale);
 
  private:
   MeshFiles& files_;
+  FaceOctreeCache octrees_;
   std::map<std::pair<std::filesystem::path, double>, std::shared_ptr<SharedMesh>> meshes_;
 };
 

@@ -28,7 +28,7 @@ struct HostOptions {
   std::shared_ptr<FmuOpener> fmus{};   ///< none: scenarios with FMUs are refused
   /// Where package://PACKAGE/PATH in URDF files is searched (idl/common/ros_packages.h).
   std::vector<std::filesystem::path> packages{};
-  std::filesystem::path cache_directory{};  ///< of convex decompositions; empty: without cache
+  std::filesystem::path cache_directory{};  ///< of what is made from meshes; empty: without cache
   /// Called with each note about imported meshes and robots, by the thread that reads them; each note is also
   /// sent as an event.
   std::function<void(const std::string& sentence)> on_note{};
