@@ -13,6 +13,7 @@ namespace {
 constexpr float kFar = std::numeric_limits<float>::infinity();
 constexpr double kNear_m = 0.01;
 constexpr int kShadowSize = 2048;
+constexpr int kBandRows = 64;  ///< of the picture, drawn with all their samples at a time
 
 using Rgb = Eigen::Array3d;
 
@@ -45,6 +46,7 @@ template <typename Visit>
 void for_each_pixel(const std::array<ScreenPoint, 3>& t, int width, int height, Visit&& visit) {
   const double area = (t[1].x - t[0].x) * (t[2].y - t[0].y) - (t[2].x - t[0].x) * (t[1].y - t[0].y);
   if (std::abs(area) < 1e-12) return;
+  const double share = 1.0 / area;
   const auto [x_low, x_high] = std::minmax({t[0].x, t[1].x, t[2].x});
   const auto [y_low, y_high] = std::minmax({t[0].y, t[1].y, t[2].y});
   if (x_high < 0.0 || y_high < 0.0 || x_low > width || y_low > height) return;
@@ -69,8 +71,8 @@ void for_each_pixel(const std::array<ScreenPoint, 3>& t, int width, int height, 
         std::min(x1, static_cast<int>(std::ceil(std::min(to + 1.0, static_cast<double>(width)))));
     for (int x = first; x < last; ++x) {
       const double px = x + 0.5;
-      const double w0 = ((t[1].x - px) * (t[2].y - py) - (t[2].x - px) * (t[1].y - py)) / area;
-      const double w1 = ((t[2].x - px) * (t[0].y - py) - (t[0].x - px) * (t[2].y - py)) / area;
+      const double w0 = ((t[1].x - px) * (t[2].y - py) - (t[2].x - px) * (t[1].y - py)) * share;
+      const double w1 = ((t[2].x - px) * (t[0].y - py) - (t[0].x - px) * (t[2].y - py)) * share;
       const double w2 = 1.0 - w0 - w1;
       if (w0 < 0.0 || w1 < 0.0 || w2 < 0.0) continue;
       visit(x, y, w0 * t[0].inverse_depth + w1 * t[1].inverse_depth + w2 * t[2].inverse_depth);
@@ -204,18 +206,18 @@ class ShadowMap {
   std::vector<float> depth_;
 };
 
-/// One pass over the whole picture at one sample per pixel.
-class Pass {
- public:
-  Pass(const View& view, int width, int height)
-      : view_(view),
-        width_(width),
-        height_(height),
-        inverse_depth_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), 0.0F),
-        owner_(inverse_depth_.size(), -1) {}
+/// A triangle on the screen. `owner` >= 0: index of a face; <= -2: line number -owner - 2.
+struct ScreenTriangle {
+  std::array<ScreenPoint, 3> corners;
+  int owner;
+};
 
-  /// `owner` >= 0: index of a face; <= -2: line number -owner - 2.
-  void draw(const std::array<Vec3, 3>& p_W, int owner) {
+/// What the camera sees of faces and lines.
+class Projection {
+ public:
+  explicit Projection(const View& view) : view_(view) {}
+
+  void add(const std::array<Vec3, 3>& p_W, int owner) {
     std::array<Vec3, 3> p_C;
     for (std::size_t k = 0; k < 3; ++k) p_C[k] = view_.X_CW * p_W[k];
     // Clip against the near plane: up to four corners remain.
@@ -228,11 +230,12 @@ class Pass {
         corners[count++] = a + (b - a) * ((kNear_m - a.z()) / (b.z() - a.z()));
     }
     for (std::size_t k = 2; k < count; ++k) {
-      fill({view_.project(corners[0]), view_.project(corners[k - 1]), view_.project(corners[k])}, owner);
+      triangles_.push_back(
+          {{view_.project(corners[0]), view_.project(corners[k - 1]), view_.project(corners[k])}, owner});
     }
   }
 
-  void draw_line(const Line& line, int owner) {
+  void add_line(const Line& line, int owner) {
     Vec3 a = view_.X_CW * line.from, b = view_.X_CW * line.to;
     if (a.z() < kNear_m && b.z() < kNear_m) return;
     if (a.z() < kNear_m) a += (b - a) * ((kNear_m - a.z()) / (b.z() - a.z()));
@@ -247,34 +250,65 @@ class Pass {
                  ny = (q.x - p.x) / length * 0.5 * line.width_px;
     const ScreenPoint p0{p.x + nx, p.y + ny, p.inverse_depth}, p1{p.x - nx, p.y - ny, p.inverse_depth};
     const ScreenPoint q0{q.x + nx, q.y + ny, q.inverse_depth}, q1{q.x - nx, q.y - ny, q.inverse_depth};
-    fill({p0, p1, q1}, owner);
-    fill({p0, q1, q0}, owner);
+    triangles_.push_back({{p0, p1, q1}, owner});
+    triangles_.push_back({{p0, q1, q0}, owner});
   }
 
-  int owner(int x, int y) const { return owner_[index(x, y)]; }
-  Vec3 point_W(int x, int y) const {
-    const double z = 1.0 / static_cast<double>(inverse_depth_[index(x, y)]);
-    const Vec3 p_C((x + 0.5 - view_.center_x) / view_.focal_px * z,
-                   (y + 0.5 - view_.center_y) / view_.focal_px * z, z);
-    return view_.X_CW.inverse() * p_C;
+  /// By band of rows, in their order; with those of one row above and below, as samples are shifted by less.
+  std::vector<std::vector<ScreenTriangle>> bands(int height) const {
+    std::vector<std::vector<ScreenTriangle>> result(
+        static_cast<std::size_t>((height + kBandRows - 1) / kBandRows));
+    for (const ScreenTriangle& one : triangles_) {
+      const auto& t = one.corners;
+      const auto [low, high] = std::minmax({t[0].y, t[1].y, t[2].y});
+      if (!(high >= -1.0 && low <= height + 1.0)) continue;
+      const int last = (height - 1) / kBandRows;
+      const int from = static_cast<int>(std::max(low - 1.0, 0.0)) / kBandRows;
+      const int to = static_cast<int>(std::min(high + 1.0, static_cast<double>(height))) / kBandRows;
+      for (int band = from; band <= std::min(to, last); ++band)
+        result[static_cast<std::size_t>(band)].push_back(one);
+    }
+    return result;
   }
 
  private:
-  std::size_t index(int x, int y) const {
-    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
-  }
-  void fill(const std::array<ScreenPoint, 3>& t, int owner) {
-    for_each_pixel(t, width_, height_, [&](int x, int y, double inverse_depth) {
-      float& nearest = inverse_depth_[index(x, y)];
-      if (static_cast<float>(inverse_depth) > nearest) {
-        nearest = static_cast<float>(inverse_depth);
-        owner_[index(x, y)] = owner;
-      }
-    });
+  const View& view_;
+  std::vector<ScreenTriangle> triangles_;
+};
+
+/// One pass over a band of the picture at one sample per pixel.
+class Pass {
+ public:
+  Pass(int width, int rows)
+      : width_(width),
+        rows_(rows),
+        inverse_depth_(static_cast<std::size_t>(width) * static_cast<std::size_t>(rows)),
+        owner_(inverse_depth_.size()) {}
+
+  /// `dx`, `dy`: by which the picture is shifted (px); a pixel down is a row of the band, whose first is 0.
+  void draw(const std::vector<ScreenTriangle>& triangles, double dx, double dy) {
+    std::ranges::fill(inverse_depth_, 0.0F);
+    std::ranges::fill(owner_, -1);
+    for (const ScreenTriangle& triangle : triangles) {
+      std::array<ScreenPoint, 3> corners = triangle.corners;
+      for (ScreenPoint& corner : corners) corner.x += dx, corner.y += dy;
+      for_each_pixel(corners, width_, rows_, [&](int x, int y, double inverse_depth) {
+        const std::size_t pixel =
+            static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
+        float& nearest = inverse_depth_[pixel];
+        if (static_cast<float>(inverse_depth) > nearest) {
+          nearest = static_cast<float>(inverse_depth);
+          owner_[pixel] = triangle.owner;
+        }
+      });
+    }
   }
 
-  const View& view_;
-  int width_, height_;
+  int owner(std::size_t pixel) const { return owner_[pixel]; }
+  double depth(std::size_t pixel) const { return 1.0 / static_cast<double>(inverse_depth_[pixel]); }
+
+ private:
+  int width_, rows_;
   std::vector<float> inverse_depth_;
   std::vector<int> owner_;
 };
@@ -322,42 +356,63 @@ Image rasterise(const Scene& scene, const Camera& camera) {
   const ShadowMap* shadow_map = shadow ? &*shadow : nullptr;
 
   const int width = camera.width_px, height = camera.height_px, samples = camera.samples_per_axis;
-  std::vector<Rgb> sum(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), Rgb::Zero());
+  const auto all = static_cast<std::size_t>(samples) * static_cast<std::size_t>(samples);
+  std::vector<Rgb> mean(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   const Rgb top = linear(scene.background_top), bottom = linear(scene.background_bottom);
-  for (int sample = 0; sample < samples * samples; ++sample) {
-    View shifted = view;
-    const int column = sample % samples, row = sample / samples;
-    shifted.center_x += (column + 0.5) / samples - 0.5;
-    shifted.center_y += (row + 0.5) / samples - 0.5;
-    Pass pass(shifted, width, height);
-    for (std::size_t k = 0; k < faces.size(); ++k) pass.draw(faces[k].p_W, static_cast<int>(k));
-    for (std::size_t k = 0; k < scene.lines.size(); ++k)
-      pass.draw_line(scene.lines[k], -2 - static_cast<int>(k));
+  std::vector<std::array<double, 2>> shifts;
+  for (std::size_t s = 0; s < all; ++s)
+    shifts.push_back({(static_cast<int>(s) % samples + 0.5) / samples - 0.5,
+                      (static_cast<int>(s) / samples + 0.5) / samples - 0.5});
+  const Pose X_WC = view.X_CW.inverse();
+  Projection projection(view);
+  for (std::size_t k = 0; k < faces.size(); ++k) projection.add(faces[k].p_W, static_cast<int>(k));
+  for (std::size_t k = 0; k < scene.lines.size(); ++k)
+    projection.add_line(scene.lines[k], -2 - static_cast<int>(k));
+  const auto bands = projection.bands(height);
+  std::vector<Pass> passes(all, Pass(width, std::min(kBandRows, height)));
+  for (int first = 0; first < height; first += kBandRows) {
+    for (std::size_t s = 0; s < all; ++s)
+      passes[s].draw(bands[static_cast<std::size_t>(first / kBandRows)], shifts[s][0], shifts[s][1] - first);
     std::size_t pixel = 0;
-    for (int y = 0; y < height; ++y) {
+    for (int y = first; y < std::min(first + kBandRows, height); ++y) {
       const double down = (y + 0.5) / height;
       for (int x = 0; x < width; ++x, ++pixel) {
-        const int owner = pass.owner(x, y);
-        if (owner >= 0) {
-          sum[pixel] += shade(faces[static_cast<std::size_t>(owner)], pass.point_W(x, y), camera.eye_W,
-                              light_W, shadow_map);
-        } else if (owner <= -2) {
+        const auto color = [&](std::size_t s) -> Rgb {
+          const int owner = passes[s].owner(pixel);
+          if (owner == -1) return top * (1.0 - down) + bottom * down;
+          const double z = passes[s].depth(pixel);
+          const Vec3 p_W = X_WC * Vec3((x + 0.5 - view.center_x - shifts[s][0]) / view.focal_px * z,
+                                       (y + 0.5 - view.center_y - shifts[s][1]) / view.focal_px * z, z);
+          if (owner >= 0)
+            return shade(faces[static_cast<std::size_t>(owner)], p_W, camera.eye_W, light_W, shadow_map);
           // Lines take no light of their own, but on a shadowed floor they must not shine.
-          const double visible = shadow ? shadow->lit(pass.point_W(x, y), Vec3::Zero()) : 1.0;
-          sum[pixel] +=
-              linear(scene.lines[static_cast<std::size_t>(-2 - owner)].color) * (0.5 + 0.5 * visible);
-        } else {
-          sum[pixel] += top * (1.0 - down) + bottom * down;
+          const double visible = shadow ? shadow->lit(p_W, Vec3::Zero()) : 1.0;
+          return linear(scene.lines[static_cast<std::size_t>(-2 - owner)].color) * (0.5 + 0.5 * visible);
+        };
+        // Within one face the sample in the middle is like the mean.
+        const int owner = passes[0].owner(pixel);
+        const bool one =
+            std::ranges::all_of(passes, [&](const Pass& pass) { return pass.owner(pixel) == owner; });
+        Rgb& value = mean[static_cast<std::size_t>(first) * static_cast<std::size_t>(width) + pixel];
+        if (one) {
+          value = color(all / 2);
+          continue;
         }
+        value = Rgb::Zero();
+        for (std::size_t s = 0; s < all; ++s) value += color(s) / static_cast<double>(all);
       }
     }
   }
 
   Image image{width, height, {}};
-  image.rgb.reserve(3 * sum.size());
-  for (const Rgb& value : sum) {
+  image.rgb.reserve(3 * mean.size());
+  for (std::size_t pixel = 0; pixel < mean.size(); ++pixel) {
+    if (pixel > 0 && (mean[pixel] == mean[pixel - 1]).all()) {  // as in the background
+      for (int channel = 0; channel < 3; ++channel) image.rgb.push_back(image.rgb[image.rgb.size() - 3]);
+      continue;
+    }
     for (int channel = 0; channel < 3; ++channel) {
-      const double s = to_srgb(std::clamp(value[channel] / (samples * samples), 0.0, 1.0));
+      const double s = to_srgb(std::clamp(mean[pixel][channel], 0.0, 1.0));
       image.rgb.push_back(static_cast<std::uint8_t>(std::lround(255.0 * s)));
     }
   }

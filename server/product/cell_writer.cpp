@@ -6,8 +6,10 @@
 #include <fstream>
 #include <functional>
 #include <map>
+#include <memory>
 #include <set>
 #include <stdexcept>
+#include <utility>
 
 #include "idl/common/text.h"
 #include "server/geometry/convex/convex_shape.h"
@@ -25,6 +27,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kDigits = 10;  ///< of lengths, masses and inertias
+/// Files of the robot.
+constexpr const char *kGantry = "gantry.urdf", *kBody = "meshes/gripper_body.obj",
+                     *kJaw = "meshes/gripper_jaw.obj", *kTray = "meshes/Tray.obj";
 
 std::string list(const Vec3& v, int digits = kDigits) {
   // A pose out of a matrix has 1e-17 where a zero is meant.
@@ -87,38 +92,57 @@ std::string contact_line(const Product& product, const Contact& contact) {
   return text;
 }
 
-class Writer {
- public:
-  Writer(const Product& product, const Disassembly& plan, const Hierarchy& numbers, const RobotPlan* robot,
-         const fs::path& directory)
-      : product_(product),
-        plan_(plan),
-        numbers_(numbers),
-        robot_(robot),
-        directory_(directory),
-        placed_(place(product)),
-        usual_friction_(usual_friction()) {}
+}  // namespace
 
-  CellFiles write_all() {
+class CellWriter::Writer {
+ public:
+  Writer(const Product& product, const Hierarchy& numbers, fs::path directory)
+      : product_(product),
+        numbers_(numbers),
+        directory_(std::move(directory)),
+        placed_(place(product)),
+        usual_friction_(usual_friction()) {
     fs::create_directories(directory_ / "meshes");
-    result_.notes = product_.notes;
+    notes_ = product_.notes;
     note_overlaps();
     write_bodies();
-    write_support();
-    const std::string name = key_of(product_.name);
-    result_.scenario = directory_ / (name + ".yaml");
-    write(result_.scenario, [&](std::ostream& out) { scenario(out, name, nullptr); });
-    if (robot_ != nullptr) {
-      const std::string with_robot = name + "_robot";
-      result_.robot_scenario = directory_ / (with_robot + ".yaml");
-      result_.robot_program = directory_ / (with_robot + ".lua");
-      write_robot();
-      write(result_.robot_scenario, [&](std::ostream& out) { scenario(out, with_robot, robot_); });
-    }
-    return std::move(result_);
+  }
+
+  void add_note(const std::string& note) { notes_.push_back(note); }
+
+  CellFiles write_cell(const Disassembly& plan) {
+    begin(plan, nullptr);
+    write(result_.scenario, [&](std::ostream& out) { scenario(out, key_of(product_.name)); });
+    return result_;
+  }
+
+  CellFiles write_robot_cell(const Disassembly& plan, const RobotPlan& robot) {
+    begin(plan, &robot);
+    const std::string name = key_of(product_.name) + "_robot";
+    result_.robot_scenario = directory_ / (name + ".yaml");
+    result_.robot_program = directory_ / (name + ".lua");
+    write_robot();
+    write(result_.robot_scenario, [&](std::ostream& out) { scenario(out, name); });
+    return result_;
+  }
+
+  void remove_robot_cell() const {
+    const std::string name = key_of(product_.name) + "_robot";
+    for (const fs::path& file : {fs::path(name + ".yaml"), fs::path(name + ".lua"), fs::path(kGantry),
+                                 fs::path(kBody), fs::path(kJaw), fs::path(kTray)})
+      fs::remove(directory_ / file);
   }
 
  private:
+  void begin(const Disassembly& plan, const RobotPlan* robot) {
+    plan_ = &plan;
+    robot_ = robot;
+    result_ = {};
+    result_.scenario = directory_ / (key_of(product_.name) + ".yaml");
+    result_.notes = notes_;
+    write_support();
+  }
+
   void write_bodies() {
     std::set<std::string> taken;
     std::set<std::size_t> used;
@@ -149,7 +173,7 @@ class Writer {
   }
 
   void write_support() {
-    const Support support = support_of(product_, placed_, plan_);
+    const Support support = support_of(product_, placed_, *plan_);
     const auto& boxes = support.boxes;
     posts_ = boxes.size() - 1;
     std::vector<NamedMesh> objects;
@@ -169,13 +193,11 @@ class Writer {
   void write_robot() {
     const GripperSize& g = robot_->gripper;
     const double w = 0.5 * g.finger_width_m, l = g.finger_length_m;
-    write_mesh(directory_ / "meshes" / "gripper_jaw.obj", "jaw",
-               box_mesh(Vec3(-w, 0.0, l), Vec3(w, g.finger_thickness_m, 2.0 * l)));
+    write_mesh(directory_ / kJaw, "jaw", box_mesh(Vec3(-w, 0.0, l), Vec3(w, g.finger_thickness_m, 2.0 * l)));
     const double half = 0.5 * g.largest_width_m + g.finger_thickness_m;
-    write_mesh(directory_ / "meshes" / "gripper_body.obj", "body",
-               box_mesh(Vec3(-2.0 * w, -half, 0.0), Vec3(2.0 * w, half, l)));
-    write_mesh(directory_ / "meshes" / "Tray.obj", "tray", box_mesh(robot_->tray_lower, robot_->tray_upper));
-    write(directory_ / "gantry.urdf", [&](std::ostream& out) { out << robot_description(*robot_); });
+    write_mesh(directory_ / kBody, "body", box_mesh(Vec3(-2.0 * w, -half, 0.0), Vec3(2.0 * w, half, l)));
+    write_mesh(directory_ / kTray, "tray", box_mesh(robot_->tray_lower, robot_->tray_upper));
+    write(directory_ / kGantry, [&](std::ostream& out) { out << robot_description(*robot_); });
     write(result_.robot_program, [&](std::ostream& out) { out << robot_program(product_, *robot_); });
   }
 
@@ -183,13 +205,13 @@ class Writer {
     const GripperSize& g = robot_->gripper;
     std::string joints;
     for (const double q : home_joints(*robot_)) joints += (joints.empty() ? "" : ", ") + number_text(q);
-    out << "  Tray: {mesh: meshes/Tray.obj}\n\n"
+    out << "  Tray: {mesh: " << kTray << "}\n\n"
         << "# Assumed: a gantry and a gripper that suit the sizes of the parts. Put your own robot in their "
            "place.\n"
-        << "robots:\n  Robot1: {urdf: gantry.urdf, initial_joints_rad: [" << joints << "]}\n\n"
-        << "grippers:\n  Gripper1: {robot: Robot1, body_mesh: meshes/gripper_body.obj, jaw_mesh: "
-           "meshes/gripper_jaw.obj,\n    tool_center_point: {position_m: [0, 0, "
-        << number_text(2.0 * g.finger_length_m) << "]}, max_width_m: " << number_text(g.largest_width_m)
+        << "robots:\n  Robot1: {urdf: " << kGantry << ", initial_joints_rad: [" << joints << "]}\n\n"
+        << "grippers:\n  Gripper1: {robot: Robot1, body_mesh: " << kBody << ", jaw_mesh: " << kJaw
+        << ",\n    tool_center_point: {position_m: [0, 0, " << number_text(2.0 * g.finger_length_m)
+        << "]}, max_width_m: " << number_text(g.largest_width_m)
         << ", initial_width_m: " << number_text(g.largest_width_m)
         << ",\n    jaw_speed_m_per_s: " << number_text(std::max(0.05, 4.0 * g.largest_width_m))
         << ", max_force_N: " << number_text(g.force_N) << ", mass_kg: 1, grasp: on_command}\n\n";
@@ -222,16 +244,16 @@ class Writer {
     return std::clamp(kInAll / std::max<std::int64_t>(bodies, 1), kLeast, kMost);
   }
 
-  void scenario(std::ostream& out, const std::string& name, const RobotPlan* robot) {
+  void scenario(std::ostream& out, const std::string& name) {
     out << "# " << product_.name << ", made by takt-from-cad from "
         << fs::path(product_.source).filename().string() << ".\n"
         << "# Poses, masses and meshes are those of the file; what was assumed is marked. Keys: "
            "docs/scenario_reference.md.\n";
     for (const std::string& note : result_.notes) out << "# Note: " << note << ".\n";
-    if (robot != nullptr)
-      for (const std::string& note : robot->notes) out << "# Note: " << note << ".\n";
+    if (robot_ != nullptr)
+      for (const std::string& note : robot_->notes) out << "# Note: " << note << ".\n";
     out << "takt_scenario: 1\nname: " << name
-        << "\nduration_s: " << (robot != nullptr ? number_text(program_duration_s(*robot)) : "2") << "\n\n"
+        << "\nduration_s: " << (robot_ != nullptr ? number_text(program_duration_s(*robot_)) : "2") << "\n\n"
         << "processes:\n  product: {level_of_detail: 1, members: all}\n";
     advice(out);
     out << "\nsolver: {method: rk2, step_s: 0.001}\n\n"
@@ -250,16 +272,16 @@ class Writer {
     for (std::size_t i = 0; i < product_.instances.size(); ++i) part(out, i);
     out << "\ngrounds:\n  Support: {mesh: meshes/Support.obj, convex: objects}   # assumed: a plate"
         << (posts_ > 0 ? " with " + std::to_string(posts_) + " posts" : "") << " under "
-        << product_.instances[plan_.base].name
+        << product_.instances[plan_->base].name
         << (numbers_.floating.empty() ? "\n" : " and parts without contacts to it\n");
-    if (robot != nullptr) robot_sections(out, name);
+    if (robot_ != nullptr) robot_sections(out, name);
     if (!product_.contacts.empty()) {
       out << "\n# What touches what:\n";
       for (const Contact& contact : product_.contacts)
         out << "#   " << contact_line(product_, contact) << '\n';
     }
     order(out);
-    expectations(out, robot != nullptr);
+    expectations(out, robot_ != nullptr);
   }
 
   void expectations(std::ostream& out, bool robot) const {
@@ -364,10 +386,10 @@ class Writer {
     for (const PartOverlap& overlap : find_overlaps(product_)) {
       if (meant.count({overlap.first, overlap.second}) != 0) continue;
       overlaps_.push_back(overlap);
-      result_.notes.push_back(product_.instances[overlap.first].name + " stands inside " +
-                              product_.instances[overlap.second].name + " in the file, " +
-                              number_text(1e3 * overlap.depth_m, 3) + " mm deep at " +
-                              list(overlap.point_W, 4) + " m; the scenario allows it (world.allow_overlap)");
+      notes_.push_back(product_.instances[overlap.first].name + " stands inside " +
+                       product_.instances[overlap.second].name + " in the file, " +
+                       number_text(1e3 * overlap.depth_m, 3) + " mm deep at " + list(overlap.point_W, 4) +
+                       " m; the scenario allows it (world.allow_overlap)");
     }
   }
 
@@ -386,20 +408,29 @@ class Writer {
              "CAD program.\n";
     for (const PartOverlap& one : overlaps_)
       out << pair(one.first, one.second) << "   # " << number_text(1e3 * one.depth_m, 3) << " mm deep\n";
+    // A pad is inside whatever is inside the part around it.
+    std::set<std::size_t> around(on_pads_.begin(), on_pads_.end());
+    const auto add = [&](std::size_t a, std::size_t b) {
+      for (const std::size_t i : on_pads_)
+        if (i == a || i == b) around.insert({a, b});
+    };
+    for (const auto& [a, b] : meant) add(a, b);
+    for (const PartOverlap& one : overlaps_) add(one.first, one.second);
     if (!on_pads_.empty()) out << "    # Pads of the support inside parts that nothing else holds.\n";
-    for (const std::size_t i : on_pads_) out << "    - [" << product_.instances[i].name << ", Support]\n";
+    for (const std::size_t i : around) out << "    - [" << product_.instances[i].name << ", Support]\n";
   }
 
   void order(std::ostream& out) const {
-    out << "\n# Order of disassembly; " << product_.instances[plan_.base].name << " is the base and stays:\n";
+    out << "\n# Order of disassembly; " << product_.instances[plan_->base].name
+        << " is the base and stays:\n";
     int count = 0;
-    for (const RemovalStep& step : plan_.steps) {
+    for (const RemovalStep& step : plan_->steps) {
       out << "#   " << ++count << ". " << to_string(step.loosening);
       for (const std::size_t i : step.parts) out << ' ' << product_.instances[i].name;
       out << " along " << list(step.direction_W, 3) << (step.reason.empty() ? "" : ": " + step.reason)
           << '\n';
     }
-    for (const auto& group : plan_.stuck) {
+    for (const auto& group : plan_->stuck) {
       out << "#   No straight motion parts these from each other:";
       for (const std::size_t i : group) out << ' ' << product_.instances[i].name;
       out << '\n';
@@ -410,21 +441,20 @@ class Writer {
   }
 
   const Product& product_;
-  const Disassembly& plan_;
   const Hierarchy& numbers_;
-  const RobotPlan* robot_;  ///< null: without
-  const fs::path& directory_;
+  const fs::path directory_;
+  const Disassembly* plan_ = nullptr;  ///< of the present cell
+  const RobotPlan* robot_ = nullptr;   ///< likewise; null: without
   const std::vector<PlacedInstance> placed_;
   const double usual_friction_;        ///< of most contacts
   std::vector<std::string> files_;     ///< by body: name of its mesh file without suffix
   std::vector<ConvexChoice> choices_;  ///< by body
   std::vector<PartOverlap> overlaps_;  ///< that no joint means
+  std::vector<std::string> notes_;     ///< of all cells
   std::size_t posts_ = 0;
   std::vector<std::size_t> on_pads_;  ///< instances
   CellFiles result_;
 };
-
-}  // namespace
 
 std::vector<LevelAdvice> level_advice(const Product& product) {
   constexpr double kTransition_m = 1e-5;
@@ -450,7 +480,30 @@ std::vector<LevelAdvice> level_advice(const Product& product) {
 
 CellFiles write_cell(const Product& product, const Disassembly& plan, const Hierarchy& numbers,
                      const fs::path& directory, const RobotPlan* robot) {
-  return Writer(product, plan, numbers, robot, directory).write_all();
+  CellWriter writer(product, numbers, directory);
+  const CellFiles files = writer.write_cell(plan);
+  return robot == nullptr ? files : writer.write_robot_cell(plan, *robot);
+}
+
+CellWriter::CellWriter(const Product& product, const Hierarchy& numbers,
+                       const std::filesystem::path& directory)
+    : writer_(std::make_unique<Writer>(product, numbers, directory)) {}
+CellWriter::~CellWriter() = default;
+
+void CellWriter::add_note(const std::string& note) {
+  writer_->add_note(note);
+}
+
+CellFiles CellWriter::write_cell(const Disassembly& plan) {
+  return writer_->write_cell(plan);
+}
+
+void CellWriter::remove_robot_cell() {
+  writer_->remove_robot_cell();
+}
+
+CellFiles CellWriter::write_robot_cell(const Disassembly& plan, const RobotPlan& robot) {
+  return writer_->write_robot_cell(plan, robot);
 }
 
 }  // namespace takt::product

@@ -1,6 +1,7 @@
 #pragma once
 // A product as a scenario: meshes, convex shapes, a support, and a commented file that loads at once.
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -35,5 +36,26 @@ inline constexpr double kPlaceTolerance_m = 5e-4, kPlaceTolerance_deg = 0.5;
 /// puts it together again (NAME_robot.lua). Throws std::runtime_error for files that cannot be written.
 CellFiles write_cell(const Product& product, const Disassembly& plan, const Hierarchy& numbers,
                      const std::filesystem::path& directory, const RobotPlan* robot = nullptr);
+
+/// Cells of one product in one directory, again and again: meshes are written and overlaps searched once, at the beginning.
+/// Product and numbers must outlive it.
+class CellWriter {
+ public:
+  CellWriter(const Product& product, const Hierarchy& numbers, const std::filesystem::path& directory);
+  ~CellWriter();
+
+  /// One sentence for the head and the notes of all cells that are written from then on.
+  void add_note(const std::string& note);
+  /// NAME.yaml.
+  CellFiles write_cell(const Disassembly& plan);
+  /// NAME_robot.yaml, NAME_robot.lua and what they name; NAME.yaml stays as it is.
+  CellFiles write_robot_cell(const Disassembly& plan, const RobotPlan& robot);
+  /// Removes the files that write_robot_cell() writes.
+  void remove_robot_cell();
+
+ private:
+  class Writer;
+  std::unique_ptr<Writer> writer_;
+};
 
 }  // namespace takt::product

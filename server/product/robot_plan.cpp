@@ -23,6 +23,7 @@ constexpr double kCupPressure_Pa = 6e4;  ///< of an ejector
 constexpr double kSmallestCup_m = 0.004;
 constexpr double kParallel = 1e-3;  ///< of the cosine
 constexpr double kClear_m = 0.005;  ///< beyond what a part leaves behind
+constexpr double kNear_m = 0.02;    ///< the last way to a part
 
 /// The tool centre point of a gripper that holds a part so. The arm of the cup points upwards where it can.
 Pose tool(const Grasp& grasp, const GripperSize& gripper) {
@@ -249,13 +250,29 @@ class Planner {
     move.width_m = found->width;
     move.grasp = tool(*found, result_.gripper);
     move.start = moved(move.grasp, around_.reach_m * found->out);
+    move.near = moved(move.grasp, std::min(kNear_m, around_.reach_m) * found->out);
     move.above = at_height(move.start);
+    move.free = moved(move.grasp, std::min(way, engaged(removing.moving, d) + kClear_m) * d);
     move.out = moved(move.grasp, way * d);
     if (d.z() < -kParallel) move.aside = moved(move.out, around_.reach_m * found->out);
     move.lift = at_height(move.aside.value_or(move.out));
     lay_down(step, *found, move);
     result_.moves.push_back(std::move(move));
     return "";
+  }
+
+  /// The way out of the boxes of what stays and is touched (m).
+  double engaged(const std::set<std::size_t>& moving, const Vec3& d) const {
+    double way = 0.0;
+    for (const Contact& contact : product_.contacts) {
+      const bool first = moving.contains(contact.first);
+      if (first == moving.contains(contact.second)) continue;
+      const std::size_t own = first ? contact.first : contact.second,
+                        other = first ? contact.second : contact.first;
+      if (group_[own] != group_[other]) continue;
+      way = std::max(way, along(around_.now[other], d).to - along(around_.now[own], d).from);
+    }
+    return way;
   }
 
   /// Onto the tray, with the grasp upwards.

@@ -32,8 +32,9 @@ struct RobotMove {
   std::string name;                ///< of the step in the program
   bool by_cup = false;             ///< the suction cup holds it, not the jaws
   double width_m = 0.0;            ///< of the part where the jaws hold it
-  Pose above, start, grasp;        ///< over the product, before the part, at the part
-  Pose out;                        ///< straight out of the product
+  Pose above, start, near, grasp;  ///< over the product, before the part, close to it, at it
+  Pose free;                       ///< straight out of the parts that it touches
+  Pose out;                        ///< straight on, out of the product
   std::optional<Pose> aside;       ///< then away from below it
   Pose lift;                       ///< then up
   Pose over, put;                  ///< above the place on the tray, on it

@@ -13,6 +13,7 @@ namespace {
 constexpr double kSpeed_m_per_s = 0.5, kAcceleration_m_per_s2 = 2.0;
 constexpr double kTurn_rad_per_s = 3.0, kTurnAcceleration_rad_per_s2 = 10.0;
 constexpr double kSlow_m_per_s = 0.1;
+constexpr double kJointAcceleration = 5.0;  ///< rad/s^2, m/s^2
 constexpr double kShareOfJointSpeed = 0.2, kJointSpeed_m_per_s = 4.0, kJointSpeed_rad_per_s = 15.0;
 constexpr double kJawTime_s = 0.3;
 
@@ -64,21 +65,43 @@ double line_time(const Pose& from, const Pose& to, double speed) {
 double across_time(const Pose& from, const Pose& to) {
   const double angle = Eigen::AngleAxisd(from.R.transpose() * to.R).angle();
   return std::max(
-      motion_time((to.p - from.p).norm(), kShareOfJointSpeed * kJointSpeed_m_per_s, kAcceleration_m_per_s2),
-      motion_time(2.0 * angle, kShareOfJointSpeed * kJointSpeed_rad_per_s, kAcceleration_m_per_s2));
+      motion_time((to.p - from.p).norm(), kShareOfJointSpeed * kJointSpeed_m_per_s, kJointAcceleration),
+      motion_time(2.0 * angle, kShareOfJointSpeed * kJointSpeed_rad_per_s, kJointAcceleration));
 }
+
+constexpr const char* kAwait =
+    R"(-- Waits until holds(cell), at most 5 s; the error then names the part, its place and what holds it.
+local function await(r, move, holds, problem)
+  local until_s
+  r:wait_for(function(cell)
+    if holds(cell) then return true end
+    until_s = until_s or cell.time + 5
+    if cell.time >= until_s then
+      local part = cell.components[move.part]
+      local p = part.position
+      error(string.format("%s; it is at (%.4f, %.4f, %.4f) m, held by %s", problem, p.x, p.y, p.z,
+                          part.partner or "nothing"))
+    end
+    return false
+  end)
+end
+
+local function grip(r, move)
+  r.gripper:close()
+  await(r, move, function(cell) return cell.grippers.Gripper1.part == move.part end,
+        "the jaws do not hold " .. move.part)
+end
+
+)";
 
 constexpr const char* kHold = R"(local function ready(r, move) r.gripper:width(move.open_m) end
 
 local function hold(r, move)
-  r.gripper:close()
-  r:wait_for(function(cell) return cell.grippers.Gripper1.part == move.part end, 5)
+  grip(r, move)
   r:wait(JAW_TIME_S)
 end
 
--- The part is then held by the tray, or by the product.
-local function release(r, move)
-  r.gripper:width(move.open_m)
+local function let_go(r, move) r.gripper:width(move.open_m) end
 )";
 
 constexpr const char* kHoldWithCup = R"(local cup = device("Cup1")
@@ -90,24 +113,46 @@ end
 local function hold(r, move)
   if move.by_cup then
     cup:set{vacuum = 1}
-    r:wait_for(function(cell) return cell.devices.Cup1.signals.part_present == 1 end, 5)
+    await(r, move, function(cell) return cell.devices.Cup1.signals.part_present == 1 end,
+          "the cup does not hold " .. move.part)
   else
-    r.gripper:close()
-    r:wait_for(function(cell) return cell.grippers.Gripper1.part == move.part end, 5)
+    grip(r, move)
   end
   r:wait(JAW_TIME_S)
 end
 
--- The part is then held by the tray, or by the product.
-local function release(r, move)
+local function let_go(r, move)
   if move.by_cup then cup:set{vacuum = 0} else r.gripper:width(move.open_m) end
-)";
-
-constexpr const char* kEndOfRelease = R"(  r:wait(JAW_TIME_S)
-  r:wait_for(function(cell) return cell.components[move.part].partner ~= nil
-                                   and cell.components[move.part].partner ~= "Gripper1" end, 5)
 end
 )";
+
+constexpr const char* kRelease = R"(
+-- The part is then held by the tray, or by the product.
+local function release(r, move, where)
+  let_go(r, move)
+  r:wait(JAW_TIME_S)
+  await(r, move, function(cell)
+    local partner = cell.components[move.part].partner
+    return partner ~= nil and partner ~= "Gripper1"
+  end, "nothing takes over " .. move.part .. " " .. where .. ": its convex shapes touch neither tray nor support " ..
+       "nor a part of a larger hierarchy number that is held")
+end
+)";
+
+/// The pose in the middle adds nothing to a straight way.
+bool on_the_way(const Pose& from, const Pose& middle, const Pose& to) {
+  constexpr double kStraight_m = 1e-6;
+  const Vec3 way = to.p - from.p, part = middle.p - from.p;
+  return from.R.isApprox(middle.R) && middle.R.isApprox(to.R) &&
+         std::abs(part.norm() + (to.p - middle.p).norm() - way.norm()) < kStraight_m;
+}
+
+bool passes_start(const RobotMove& move) {
+  return !on_the_way(move.above, move.start, move.near);
+}
+bool passes_out(const RobotMove& move) {
+  return !on_the_way(move.free, move.out, move.aside.value_or(move.lift));
+}
 
 }  // namespace
 
@@ -115,8 +160,9 @@ std::string robot_program(const Product& product, const RobotPlan& plan) {
   std::string text =
       "-- The robot takes " + product.name +
       " apart and puts it together again. Made by takt-from-cad; calls: docs/controller_programs.md.\n"
-      "-- Each move: above and before the part, at the part, straight out, up, above and on the tray. "
-      "Lengths in m, "
+      "-- Each move: above and before the part, slowly to it, slowly out of what it touches, straight out, "
+      "up, above "
+      "and on the tray.\n-- Lengths in m, "
       "angles in rad.\n\nperiod_s = 0.008\n\n"
       "local FAST = {speed_m_per_s = " +
       number(kSpeed_m_per_s) + ", acceleration_m_per_s2 = " + number(kAcceleration_m_per_s2) +
@@ -125,22 +171,26 @@ std::string robot_program(const Product& product, const RobotPlan& plan) {
       "}\nlocal SLOW = {speed_m_per_s = " + number(kSlow_m_per_s) +
       ", acceleration_m_per_s2 = " + number(kAcceleration_m_per_s2) +
       "}\nlocal ACROSS = {speed = " + number(kShareOfJointSpeed) +
-      ", acceleration_rad_per_s2 = " + number(kAcceleration_m_per_s2) +
+      ", acceleration_rad_per_s2 = " + number(kJointAcceleration) +
       "}   -- of all joints: the tool turns\nlocal JAW_TIME_S = " + number(kJawTime_s) +
       "\n\nlocal MOVES = {\n";
   for (const RobotMove& move : plan.moves) {
     text += "  {name = \"" + move.name + "\", part = \"" + product.instances[move.held].name + "\", ";
     text += move.by_cup ? "by_cup = true" : "open_m = " + number(move.width_m + 2.0 * plan.gripper.opening_m);
     const std::pair<const char*, const Pose*> poses[] = {
-        {"above", &move.above}, {"start", &move.start}, {"grasp", &move.grasp}, {"out", &move.out},
-        {"lift", &move.lift},   {"over", &move.over},   {"put", &move.put}};
-    if (move.aside) text += ",\n   aside = " + text_of(*move.aside);
-    for (const auto& [key, pose] : poses) text += ",\n   " + std::string(key) + " = " + text_of(*pose);
+        {"above", &move.above}, {"start", passes_start(move) ? &move.start : nullptr},
+        {"near", &move.near},   {"grasp", &move.grasp},
+        {"free", &move.free},   {"out", passes_out(move) ? &move.out : nullptr},
+        {"lift", &move.lift},   {"over", &move.over},
+        {"put", &move.put},     {"aside", move.aside ? &*move.aside : nullptr}};
+    for (const auto& [key, pose] : poses)
+      if (pose != nullptr) text += ",\n   " + std::string(key) + " = " + text_of(*pose);
     text += "},\n";
   }
   text += "}\n\n";
+  text += kAwait;
   text += plan.gripper.cup_diameter_m > 0.0 ? kHoldWithCup : kHold;
-  text += kEndOfRelease;
+  text += kRelease;
   text += R"(
 routine("Robot1", function(r)
   for i = 1, #MOVES do
@@ -148,16 +198,18 @@ routine("Robot1", function(r)
     r:step(move.name)
     ready(r, move)
     r:move_to(move.above, ACROSS)
-    r:move_line(move.start, FAST)
+    if move.start then r:move_line(move.start, FAST) end
+    r:move_line(move.near, FAST)
     r:move_line(move.grasp, SLOW)
     hold(r, move)
-    r:move_line(move.out, SLOW)
+    r:move_line(move.free, SLOW)
+    if move.out then r:move_line(move.out, FAST) end
     if move.aside then r:move_line(move.aside, FAST) end
     r:move_line(move.lift, FAST)
     r:move_to(move.over, ACROSS)
     r:move_line(move.put:offset(0, 0, 0.01), FAST)
     r:move_line(move.put, SLOW)
-    release(r, move)
+    release(r, move, "on the tray")
     r:move_line(move.over, FAST)
   end
   signal("taken apart")
@@ -172,10 +224,11 @@ routine("Robot1", function(r)
     r:move_line(move.over, FAST)
     r:move_to(move.lift, ACROSS)
     if move.aside then r:move_line(move.aside, FAST) end
-    r:move_line(move.out, FAST)
+    if move.out then r:move_line(move.out, FAST) end
+    r:move_line(move.free, FAST)
     r:move_line(move.grasp, SLOW)
-    release(r, move)
-    r:move_line(move.start, FAST)
+    release(r, move, "in the product")
+    if move.start then r:move_line(move.start, FAST) end
     r:move_line(move.above, FAST)
   end
 end)
@@ -241,15 +294,16 @@ double program_duration_s(const RobotPlan& plan) {
   double time = 0.0;
   const Pose* before = &plan.home;
   for (const RobotMove& m : plan.moves) {
-    const double inside = line_time(m.start, m.grasp, kSlow_m_per_s) +
-                          2.0 * line_time(m.grasp, m.out, kSlow_m_per_s) +
-                          line_time(m.start, m.grasp, kSpeed_m_per_s);
-    const double outside = line_time(m.above, m.start, kSpeed_m_per_s) +
-                           (m.aside ? line_time(m.out, *m.aside, kSpeed_m_per_s) : 0.0) +
-                           line_time(m.aside.value_or(m.out), m.lift, kSpeed_m_per_s) +
-                           across_time(m.lift, m.over) + 2.0 * line_time(m.over, m.put, kSpeed_m_per_s);
+    const Pose& beside = m.aside.value_or(m.out);
+    const double slow =
+        line_time(m.near, m.grasp, kSlow_m_per_s) + 2.0 * line_time(m.grasp, m.free, kSlow_m_per_s);
+    const double inside =
+        2.0 * (line_time(m.above, m.start, kSpeed_m_per_s) + line_time(m.start, m.grasp, kSpeed_m_per_s) +
+               line_time(m.free, m.out, kSpeed_m_per_s) + line_time(m.out, beside, kSpeed_m_per_s) +
+               line_time(beside, m.lift, kSpeed_m_per_s));
+    const double outside = 2.0 * across_time(m.lift, m.over) + 4.0 * line_time(m.over, m.put, kSpeed_m_per_s);
     // Two ways, with the jaws' times, the last centimetre, and the way to the next move.
-    time += inside + 2.0 * outside + 2.0 * across_time(*before, m.above) + 8.0 * kJawTime_s + 1.0;
+    time += slow + inside + outside + 2.0 * across_time(*before, m.above) + 8.0 * kJawTime_s + 1.0;
     before = &m.over;
   }
   return std::ceil(1.1 * time + 3.0);

@@ -363,6 +363,42 @@ TEST_F(StepReader, WhatFallsInARunOfTheCellIsHeldByAPad) {
     EXPECT_EQ(run("takt-run run " + out + "/" + name + ".yaml > /dev/null 2>&1"), 0) << name;
 }
 
+TEST_F(StepReader, MeshesOfManyFitsHaveABoundedNumberOfTriangles) {
+  // 25 holes of 2 x 198 triangles, with twice as many in the faces around them, are more than 20 000; the pin that all of
+  // them share stays fine.
+  StepProduct made("Rack");
+  TopoDS_Compound holes;
+  BRep_Builder().MakeCompound(holes);
+  const TDF_Label pin = made.part("Pin", cylinder(20, 20));
+  for (int i = 0; i < 25; ++i) {
+    const gp_Trsf there = moved_by(50.0 * (i % 5) + 25, 50.0 * (i / 5) + 25, 5);
+    BRep_Builder().Add(holes, cylinder(20.01, 20).Moved(TopLoc_Location(there)));
+    made.use(made.root(), pin, "Pin", there);
+  }
+  made.use(made.root(), made.part("Plate", BRepAlgoAPI_Cut(box(250, 250, 20), holes).Shape()), "Plate");
+  made.write(file());
+  const auto out = directory_ / "out", said = directory_ / "said.txt";
+  const std::string command = std::string(TAKT_BIN_DIR "/takt-from-cad ") + file().string() + " -o " +
+                              out.string() + " > /dev/null 2> " + said.string();
+  ASSERT_EQ(std::system(command.c_str()), 0);
+  const auto text = [](const std::filesystem::path& name) {
+    std::ifstream in(name);
+    return std::string((std::istreambuf_iterator<char>(in)), {});
+  };
+  EXPECT_THAT(text(said),
+              testing::AllOf(testing::ContainsRegex("Plate: a mesh .* has [0-9]+ triangles, more than 20000: "
+                                                    "it is [0-9.]+ times further from the surface"),
+                             testing::Not(HasSubstr("Pin: "))));
+  const auto triangles = [&](const std::string& name) {
+    const std::string mesh = text(out / "meshes" / name);
+    int count = 0;
+    for (std::size_t at = 0; (at = mesh.find("\nf ", at)) != std::string::npos; ++at) ++count;
+    return count;
+  };
+  EXPECT_GT(triangles("Plate.obj"), 8'000) << "finer than without fits";
+  EXPECT_LE(triangles("Plate.obj"), 20'000);
+}
+
 TEST_F(StepReader, NoCellWithARobotIsWrittenWhereItCanMoveNothing) {
   // A ball has neither opposite faces nor a flat top.
   StepProduct made("Loose");

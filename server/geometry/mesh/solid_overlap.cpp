@@ -181,10 +181,22 @@ class OverlapSearch {
   void judge(const Vec3& p_S) {
     const BodyBox box = shrunk();
     if (!((p_S - box.center_B).cwiseAbs().array() < box.half_B.array()).all()) return;
-    const double depth = solid_.distance(p_S, deepest_);
-    if (!(depth > deepest_) || !solid_.contains(p_S)) return;
-    deepest_ = depth;
-    result_ = {depth, X_WS_ * p_S};
+    // Most points are near the surface or outside: the distance, which takes the longest, is for the others.
+    if (near_surface(p_S) || !solid_.contains(p_S)) return;
+    deepest_ = solid_.distance(p_S, 0.0);
+    result_ = {deepest_, X_WS_ * p_S};
+  }
+
+  /// By no more than the deepest so far.
+  bool near_surface(const Vec3& p_S) const {
+    const double reach = deepest_ * deepest_;
+    double limit = reach;
+    solid_.faces_.visit_near(p_S, limit, [&](std::int32_t face) {
+      const auto& [a, b, c] = solid_.triangles_[static_cast<std::size_t>(face)];
+      const std::array<Vec3, 3> corners{solid_.vertices_[a], solid_.vertices_[b], solid_.vertices_[c]};
+      if (point_triangle_squared_distance(p_S, corners) <= reach) limit = -1.0;
+    });
+    return limit < 0.0;
   }
 
   const SolidProbe& edges_;

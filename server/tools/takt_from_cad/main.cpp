@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <exception>
 #include <filesystem>
+#include <future>
 #include <iostream>
 #include <map>
 #include <memory>
@@ -31,6 +32,7 @@ namespace takt {
 namespace {
 
 constexpr int kUsage = 2;
+constexpr std::size_t kMostFine = 20'000;  ///< triangles of a body; larger ones take long to load
 
 struct Arguments {
   std::string file, directory, up = "z";
@@ -193,20 +195,52 @@ product::Product read(const Arguments& a, std::unique_ptr<cad::StepFile>& step_f
   return step_file->product();
 }
 
-/// Meshes for files: finer on faces that touch. What has no finer mesh keeps the one that it has, with a note.
-void refine(product::Product& product, const cad::StepFile& step, double scale) {
+/// By how much coarser the mesh of a body is made that has more than kMostFine triangles. Their number falls with the
+/// deflection on freeform faces, on round ones with its root: at first the lesser step.
+double coarser(std::size_t triangles, bool first) {
+  constexpr double kRoundedUp = 1.2;
+  const double ratio = kRoundedUp * static_cast<double>(triangles) / static_cast<double>(kMostFine);
+  return first ? ratio : ratio * ratio;
+}
+
+/// Meshes for files: finer on faces that touch. What has no finer mesh keeps the one that it has, with a note; likewise where
+/// that would have too many triangles however coarse it is.
+void refine(product::Product& product, const cad::StepFile& step, const Arguments& a) {
+  constexpr int kTries = 3;
   const auto deflections = product::face_deflections(product);
   for (std::size_t b = 0; b < product.bodies.size(); ++b) {
     product::Body& body = product.bodies[b];
     std::vector<double> in_file = deflections[b];
-    for (double& deflection_m : in_file) deflection_m /= scale;
-    if (std::all_of(in_file.begin(), in_file.end(), [](double one) { return one == 0.0; })) continue;
-    body.contact_mesh = step.finer_mesh(b, in_file);
-    for (Vec3& v : body.contact_mesh.vertices) v *= scale;
-    if (body.contact_mesh.triangles.empty())
-      product.notes.push_back(body.name +
-                              ": OpenCASCADE makes no closed mesh of it that is finer where it touches other "
-                              "parts; its fits are as coarse as the rest");
+    for (double& deflection_m : in_file) deflection_m /= a.scale;
+    double factor = 1.0;
+    std::size_t first = 0;  // triangles with the wanted deflections
+    for (int k = 0; k < kTries; ++k) {
+      if (std::all_of(in_file.begin(), in_file.end(), [](double one) { return one == 0.0; })) break;
+      body.contact_mesh = step.finer_mesh(b, in_file);
+      const std::size_t triangles = body.contact_mesh.triangles.size();
+      if (triangles == 0)
+        product.notes.push_back(
+            body.name +
+            ": OpenCASCADE makes no closed mesh of it that is finer where it touches other parts; its fits "
+            "are as coarse as the rest");
+      if (triangles <= kMostFine) break;
+      if (k == 0) first = triangles;
+      body.contact_mesh = {};
+      const double more = coarser(triangles, k == 0);
+      factor *= more;
+      for (double& deflection_m : in_file) {
+        deflection_m *= more;
+        if (deflection_m >= 1e-3 * a.deflection_mm) deflection_m = 0.0;
+      }
+    }
+    for (Vec3& v : body.contact_mesh.vertices) v *= a.scale;
+    if (first > 0)
+      product.notes.push_back(
+          body.name + ": a mesh that is as fine as its fits need has " + std::to_string(first) +
+          " triangles, more than " + std::to_string(kMostFine) +
+          (body.contact_mesh.triangles.empty()
+               ? ": its fits are as coarse as the rest"
+               : ": it is " + number_text(factor, 2) + " times further from the surface than that there"));
   }
 }
 
@@ -227,20 +261,22 @@ int run(const Arguments& a) {
   product.contacts = product::find_contacts(product);
   product::Disassembly plan = product::take_apart(product);
   const product::Hierarchy hierarchy = product::hierarchy(product, plan);
-  if (step_file) refine(product, *step_file, a.scale);
+  if (step_file) refine(product, *step_file, a);
   product::RobotPlan robot;
-  product::CellFiles files = write_standing_cell(product, plan, hierarchy, a.directory);
-  if (a.robot) {
-    std::vector<std::string> notes = std::move(files.notes);  // those of the run without a robot among them
-    files = write_tried_cell(product, plan, hierarchy, a.directory, robot);
-    files.notes = std::move(notes);
-  }
+  product::CellWriter writer(product, hierarchy, a.directory);
+  // It is drawn while the cell is tried.
+  const auto exploded = std::filesystem::path(a.directory) / "exploded.png";
+  std::future<void> picture =
+      std::async(std::launch::async, [&product, &exploded, explosion = product::explode(product, plan)] {
+        draw_exploded(product, explosion, exploded);
+      });
+  product::CellFiles files = write_standing_cell(writer, product, plan, hierarchy);
+  if (a.robot) files = write_tried_cell(writer, product, plan, robot).value_or(files);
   for (const std::string& note : robot.notes) std::cerr << "takt-from-cad: note: " << note << '\n';
   if (a.robot && robot.moves.empty())
     std::cerr
         << "takt-from-cad: note: the robot takes no part out of the product: there is no cell with a robot\n";
-  const auto exploded = std::filesystem::path(a.directory) / "exploded.png";
-  draw_exploded(product, product::explode(product, plan), exploded);
+  picture.get();
   for (const std::string& note : files.notes) std::cerr << "takt-from-cad: note: " << note << '\n';
   if (a.json) {
     nlohmann::json result = description(product, &plan, &hierarchy);

@@ -6,7 +6,9 @@
 #include <filesystem>
 #include <map>
 #include <set>
+#include <stdexcept>
 
+#include "idl/common/text.h"
 #include "server/geometry/convex/decomposition_cache.h"
 #include "server/headless/headless_run.h"
 #include "server/scenario/scenario_builder.h"
@@ -15,16 +17,22 @@ namespace takt {
 
 namespace {
 
-std::vector<std::size_t> misplaced(const product::Product& product, const CellModel& cell,
-                                   const Snapshot& state) {
-  std::vector<std::size_t> result;
+/// By instance: how it is out of its place.
+std::map<std::size_t, std::string> misplaced(const product::Product& product, const CellModel& cell,
+                                             const Snapshot& state) {
+  std::map<std::size_t, std::string> result;
   for (std::size_t i = 0; i < product.instances.size(); ++i) {
     const int id = cell.description.find_component(product.instances[i].name);
-    const PoseError error =
-        pose_error(state.components.at(static_cast<std::size_t>(id)), product.instances[i].X_WB);
+    const ComponentSample& sample = state.components.at(static_cast<std::size_t>(id));
+    const PoseError error = pose_error(sample, product.instances[i].X_WB);
     if (error.position_m > product::kPlaceTolerance_m ||
         error.angle_rad > product::kPlaceTolerance_deg * M_PI / 180.0)
-      result.push_back(i);
+      result[i] =
+          number_text(1e3 * error.position_m, 3) + " mm and " +
+          number_text(std::round(1e2 * error.angle_rad * 180.0 / M_PI) / 1e2, 4) +
+          " deg from its place, held by " +
+          (sample.partner < 0 ? "nothing"
+                              : cell.description.components[static_cast<std::size_t>(sample.partner)].name);
   }
   return result;
 }
@@ -57,15 +65,16 @@ RobotTrial run_robot(const product::Product& product, const product::RobotPlan& 
       for (std::size_t k = 0; k < plan.moves.size(); ++k)
         if (one.step.name == plan.moves[k].name ||
             one.step.name == "assemble " + product.instances[plan.moves[k].held].name)
-          trial.move = k;
+          trial.move = k, trial.step = one.step.name;
     }
   }
   trial.misplaced = misplaced(product, *cell, result.final_state);
   return trial;
 }
 
-/// Instances that do not stay in their places though nothing moves them.
-std::vector<std::size_t> fallen_parts(const product::Product& product, const std::filesystem::path& file) {
+/// Instances that do not stay in their places though nothing moves them. Throws what ends the run early.
+std::map<std::size_t, std::string> fallen_parts(const product::Product& product,
+                                                const std::filesystem::path& file) {
   const Scenario scenario = without_contact(file);
   ImportOptions import;
   import.cache_directory = user_cache_directory();
@@ -73,14 +82,17 @@ std::vector<std::size_t> fallen_parts(const product::Product& product, const std
   Simulation simulation(cell);
   HeadlessOptions options;
   options.duration_s = scenario.duration_s;
-  return misplaced(product, *cell, run_headless(simulation, scenario, options).final_state);
+  const HeadlessResult result = run_headless(simulation, scenario, options);
+  if (!result.fault.empty()) throw std::runtime_error(result.fault);
+  return misplaced(product, *cell, result.final_state);
 }
 
 /// Those of the fallen that touch none of a larger number which has fallen, too.
 std::vector<std::size_t> first_of_the_fallen(const product::Product& product,
                                              const product::Hierarchy& hierarchy,
-                                             const std::vector<std::size_t>& fallen) {
-  const std::set<std::size_t> all(fallen.begin(), fallen.end());
+                                             const std::map<std::size_t, std::string>& fallen) {
+  std::set<std::size_t> all;
+  for (const auto& [i, how] : fallen) all.insert(i);
   std::set<std::size_t> first = all;
   for (const product::Contact& contact : product.contacts) {
     if (!all.contains(contact.first) || !all.contains(contact.second)) continue;
@@ -90,6 +102,15 @@ std::vector<std::size_t> first_of_the_fallen(const product::Product& product,
   return {first.begin(), first.end()};
 }
 
+/// Without the place in a program that the reader of a note has not seen, and may not have.
+std::string reason_of(const std::string& fault) {
+  const std::string mark = ".lua:";
+  const std::size_t file = fault.find(mark);
+  const std::size_t end = fault.find(": ", file == std::string::npos ? 0 : file + mark.size());
+  if (file == std::string::npos || end == std::string::npos) return fault;
+  return fault.substr(end + 2, fault.rfind(" (in the routine of ") - end - 2);
+}
+
 }  // namespace
 
 RobotTrial try_robot(const product::Product& product, const product::RobotPlan& plan,
@@ -97,73 +118,72 @@ RobotTrial try_robot(const product::Product& product, const product::RobotPlan& 
   try {
     return run_robot(product, plan, files);
   } catch (const std::exception& error) {
-    return {error.what(), {}, {}};
+    RobotTrial trial;
+    trial.fault = error.what();
+    return trial;
   }
 }
 
-product::CellFiles write_standing_cell(const product::Product& product, product::Disassembly& plan,
-                                       const product::Hierarchy& hierarchy, const std::string& directory) {
+product::CellFiles write_standing_cell(product::CellWriter& writer, const product::Product& product,
+                                       product::Disassembly& plan, const product::Hierarchy& hierarchy) {
+  const auto noted = [&](const std::string& note) {
+    writer.add_note(note);
+    return writer.write_cell(plan);
+  };
   while (true) {
-    product::CellFiles files = product::write_cell(product, plan, hierarchy, directory);
-    std::vector<std::size_t> fallen;
+    const product::CellFiles files = writer.write_cell(plan);
+    std::map<std::size_t, std::string> fallen;
     try {
       fallen = fallen_parts(product, files.scenario);
     } catch (const std::exception& error) {
-      files.notes.push_back(std::string("the cell does not run: ") + error.what());
-      return files;
+      return noted(std::string("the cell does not run: ") + error.what());
     }
+    if (fallen.empty()) return files;
     const std::set<std::size_t> before(plan.on_pads.begin(), plan.on_pads.end());
     std::vector<std::size_t> first = first_of_the_fallen(product, hierarchy, fallen);
     std::erase_if(first, [&](std::size_t i) { return before.contains(i); });
     if (first.empty()) {
-      for (const std::size_t i : fallen)
-        files.notes.push_back(
-            product.instances[i].name +
-            " does not stay in its place when the cell runs, although the support holds it");
-      return files;
+      product::CellFiles last;
+      for (const auto& [i, how] : fallen)
+        last = noted(product.instances[i].name + " does not stay in its place when the cell runs: it ends " +
+                     how);
+      return last;
     }
     plan.on_pads.insert(plan.on_pads.end(), first.begin(), first.end());
   }
 }
 
-product::CellFiles write_tried_cell(const product::Product& product, const product::Disassembly& plan,
-                                    const product::Hierarchy& hierarchy, const std::string& directory,
-                                    product::RobotPlan& robot) {
+std::optional<product::CellFiles> write_tried_cell(product::CellWriter& writer,
+                                                   const product::Product& product,
+                                                   const product::Disassembly& plan,
+                                                   product::RobotPlan& robot) {
   std::map<std::size_t, std::string> refused;
-  std::vector<std::filesystem::path> of_robot;  // written for moves that are refused since
-  const auto write = [&] {
-    return product::write_cell(product, plan, hierarchy, directory, robot.moves.empty() ? nullptr : &robot);
-  };
   while (true) {
     robot = product::plan_robot(product, plan, refused);
-    const product::CellFiles files = write();
     if (robot.moves.empty()) {
-      for (const std::filesystem::path& file : of_robot) std::filesystem::remove(file);
-      return files;
+      writer.remove_robot_cell();
+      return std::nullopt;
     }
-    of_robot = {files.robot_scenario, files.robot_program};
+    const product::CellFiles files = writer.write_robot_cell(plan, robot);
     const RobotTrial trial = try_robot(product, robot, files);
     const std::size_t before = refused.size();
     if (trial.move) {
       refused[robot.moves[*trial.move].held] =
-          "in a run of the cell its move does not end (" + trial.fault + ")";
+          "in a run of the cell \"" + trial.step + "\" does not end: " + reason_of(trial.fault);
     } else if (trial.fault.empty()) {
-      for (const std::size_t i : trial.misplaced)
+      for (const auto& [i, how] : trial.misplaced)
         for (const product::RobotMove& move : robot.moves)
           if (std::find(move.parts.begin(), move.parts.end(), i) != move.parts.end())
-            refused[move.held] =
-                "in a run of the cell " + product.instances[i].name + " does not come back to its place";
+            refused[move.held] = "in a run of the cell " + product.instances[i].name + " ends " + how;
     }
     if (refused.size() > before) continue;
     if (trial.fault.empty() && trial.misplaced.empty()) return files;
     if (!trial.fault.empty())
       robot.notes.push_back("The run of the cell with the robot fails: " + trial.fault);
-    for (const std::size_t i : trial.misplaced)
-      robot.notes.push_back(
-          product.instances[i].name +
-          " does not stay in its place: at level 1 its convex shapes touch no part of a larger "
-          "number that is held");
-    return write();
+    for (const auto& [i, how] : trial.misplaced)
+      robot.notes.push_back(product.instances[i].name + " does not stay in its place: it ends " + how +
+                            "; at level 1 its convex shapes touch no part of a larger number that is held");
+    return writer.write_robot_cell(plan, robot);
   }
 }
 
