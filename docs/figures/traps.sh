@@ -38,7 +38,7 @@ done
 # A product of CAD data: exploded, and taken apart by a robot.
 "$bin/takt-from-cad" "$config/cad/bearing_block.step" --robot -o "$work/bearing_block" >/dev/null
 cp "$work/bearing_block/exploded.png" "$pictures/cad_exploded.png"
-"$bin/takt-run" run "$work/bearing_block/Bearing_block_robot.yaml" --quiet --picture "$pictures/cad_robot.png@70" 2>>"$work/notes.txt"
+"$bin/takt-run" run "$work/bearing_block/Bearing_block_robot.yaml" --quiet --picture "$pictures/cad_robot.png@52" 2>>"$work/notes.txt"
 
 draw() { gnuplot -e "data='$work'; out='$pictures/trap_$1.png'" "$here/trap_$1.gp" && echo "$pictures/trap_$1.png"; }
 for name in edges mesh clearance stiffness; do draw $name; done
