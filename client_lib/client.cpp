@@ -138,6 +138,25 @@ void Client::send_joint_command(const std::string& robot, const std::vector<doub
   impl_->command(topics::joint_commands, robot, std::move(sample));
 }
 
+void Client::send_joint_torques(const std::string& robot, const std::vector<double>& torques,
+                                std::optional<double> stamp_s) {
+  const auto known = cell();
+  const auto& joints = known->robots[require_by_name("robot", known->robots, robot)].joints;
+  if (torques.size() != joints.size())
+    throw ClientError(ClientError::Kind::invalid, "Robot '" + robot + "' has " +
+                                                      std::to_string(joints.size()) + " joints (" +
+                                                      list_names(joints) + "); the command has " +
+                                                      std::to_string(torques.size()) + " torques.");
+  sensor_msgs::msg::JointState sample;
+  sample.header.stamp = stamp(stamp_s);
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    require_finite(torques[i], "The torque of joint '" + joints[i].name + "' of robot '" + robot + "'");
+    sample.name.push_back(joints[i].name);
+  }
+  sample.effort = torques;
+  impl_->command(topics::joint_commands, robot, std::move(sample));
+}
+
 void Client::send_trajectory(const std::string& robot, const std::vector<TrajectoryPoint>& points,
                              std::optional<double> start_s) {
   const auto known = cell();

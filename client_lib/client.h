@@ -185,6 +185,12 @@ class Client {
   void send_joint_command(const std::string& robot, const std::vector<double>& positions,
                           const std::vector<double>& velocities = {}, std::optional<double> stamp_s = {},
                           const std::vector<double>& efforts = {});
+  /// Torques (N m) or forces (N) of all joints of a robot at level of detail 2 or 3, instead of a set-point: they
+  /// act besides those that carry the robot's own weight, without position control, until the robot's next
+  /// command. A robot that misses its deadline brakes and holds its position. At level of detail 1 the server
+  /// refuses them, with the event command_rejected. Otherwise as above.
+  void send_joint_torques(const std::string& robot, const std::vector<double>& torques,
+                          std::optional<double> stamp_s = {});
   /// A motion of all joints from the robot's present position through `points`. The path is linear through
   /// positions alone, cubic with velocities, and quintic with velocities and accelerations. All points have
   /// the same fields. Efforts (as above) are linear from point to point, and those of the last point stay. The

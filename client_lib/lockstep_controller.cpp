@@ -83,6 +83,12 @@ void LockstepController::move(const std::string& robot, const std::vector<double
              efforts};
 }
 
+void LockstepController::apply_torques(const std::string& robot, const std::vector<double>& torques) {
+  auto* joints = std::get_if<Joints>(&standing(robot));
+  if (joints == nullptr) throw ClientError(ClientError::Kind::invalid, "'" + robot + "' is no robot.");
+  *joints = {{}, {}, torques};
+}
+
 void LockstepController::grip(const std::string& gripper, GripperAction action, double width_m,
                               double max_force_N) {
   auto* grip = std::get_if<Grip>(&standing(gripper));
@@ -132,7 +138,10 @@ void LockstepController::send_ahead() {
     for (std::size_t i = answers_.size() - std::exchange(unsent_, 0); i < answers_.size(); ++i) {
       const double stamp_s = answers_[i].time_s;
       for (const auto& [target, command] : answers_[i].commands) {
-        if (const auto* joints = std::get_if<Joints>(&command))
+        const auto* joints = std::get_if<Joints>(&command);
+        if (joints != nullptr && joints->positions.empty())
+          cell_.send_joint_torques(target, joints->efforts, stamp_s);
+        else if (joints != nullptr)
           cell_.send_joint_command(target, joints->positions, joints->velocities, stamp_s, joints->efforts);
         else if (const auto* grip = std::get_if<Grip>(&command))
           cell_.set_gripper(target, grip->action, grip->width_m, grip->max_force_N, stamp_s);

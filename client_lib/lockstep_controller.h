@@ -62,6 +62,8 @@ class LockstepController {
   /// efforts.
   void move(const std::string& robot, const std::vector<double>& positions,
             const std::vector<double>& velocities = {}, const std::vector<double>& efforts = {});
+  /// Torques of the robot for the next period, and until another command for it (as Client::send_joint_torques).
+  void apply_torques(const std::string& robot, const std::vector<double>& torques);
   /// As Client::set_gripper. The command stands until the next one. Before the first command a gripper keeps its
   /// width.
   void grip(const std::string& gripper, GripperAction action, double width_m = 0.0, double max_force_N = 0.0);
@@ -82,6 +84,7 @@ class LockstepController {
   void send_ahead();
 
  private:
+  /// Without positions the efforts are torques.
   struct Joints {
     std::vector<double> positions, velocities, efforts{};
   };

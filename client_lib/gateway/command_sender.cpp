@@ -35,6 +35,14 @@ void CommandSender::move(const std::string& robot, std::vector<double> positions
   give(robot, Joints{std::move(positions), std::move(velocities)});
 }
 
+void CommandSender::apply_torques(const std::string& robot, std::vector<double> torques) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (const auto found = filters_.find(robot); found != filters_.end()) found->second.clear();
+  }
+  give(robot, Torques{std::move(torques)});
+}
+
 void CommandSender::stop(const std::string& robot) {
   {
     const std::lock_guard lock(mutex_);
@@ -133,6 +141,8 @@ void CommandSender::send(const std::map<std::string, Command>& commands) {
     for (const auto& [target, command] : commands) {
       if (const auto* joints = std::get_if<Joints>(&command)) {
         client_.send_joint_command(target, joints->positions, joints->velocities);
+      } else if (const auto* torques = std::get_if<Torques>(&command)) {
+        client_.send_joint_torques(target, torques->values);
       } else if (const auto* grip = std::get_if<Grip>(&command)) {
         client_.set_gripper(target, grip->action, grip->width_m, grip->max_force_N);
       } else if (const auto* signals = std::get_if<Signals>(&command)) {

@@ -40,6 +40,7 @@ class CommandSender final : public CommandSink {
   /// Any thread, as all functions here.
   void move(const std::string& robot, std::vector<double> positions,
             std::vector<double> velocities = {}) override;
+  void apply_torques(const std::string& robot, std::vector<double> torques) override;
   void stop(const std::string& robot) override;
   void grip(const std::string& gripper, GripperAction action, double width_m = 0.0,
             double max_force_N = 0.0) override;
@@ -53,13 +54,16 @@ class CommandSender final : public CommandSink {
   struct Joints {
     std::vector<double> positions, velocities;
   };
+  struct Torques {
+    std::vector<double> values;
+  };
   struct Stop {};
   struct Grip {
     GripperAction action = GripperAction::close;
     double width_m = 0.0, max_force_N = 0.0;
   };
   using Signals = std::map<std::string, double>;
-  using Command = std::variant<Joints, Stop, Grip, Signals>;
+  using Command = std::variant<Joints, Torques, Stop, Grip, Signals>;
   void give(const std::string& target, Command command);
   void keep(const std::string& target, Command command);
   void run();

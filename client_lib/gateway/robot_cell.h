@@ -17,6 +17,8 @@ class CommandSink {
   /// As Client::send_joint_command.
   virtual void move(const std::string& robot, std::vector<double> positions,
                     std::vector<double> velocities) = 0;
+  /// As Client::send_joint_torques.
+  virtual void apply_torques(const std::string& robot, std::vector<double> torques) = 0;
   /// The robot stops and stays, by its own braking.
   virtual void stop(const std::string& robot) = 0;
   /// As Client::set_gripper.

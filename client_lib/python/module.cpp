@@ -155,6 +155,21 @@ stamp_s: simulated time that the sender means, in s; None: when the command arri
 efforts: (joints,) in N m or N, added to what the drives' controllers want at level of detail 2 and 3; empty: none
 
 The server checks limits and reports a refusal in the event command_rejected. Raises NotFound, Invalid, CellTimeout.)")
+      .def(
+          "send_joint_torques",
+          [](Client& self, const std::string& robot, const Numbers& torques, std::optional<double> stamp_s) {
+            self.send_joint_torques(robot, torques, stamp_s);
+          },
+          py::arg("robot"), py::arg("torques"), py::arg("stamp_s") = py::none(), unlocked,
+          R"(Torques of all joints of a robot, in place of a set-point (level of detail 2 and 3).
+
+robot: name of the robot
+torques: (joints,) in N m or N, in the order of info.robots[robot].joints
+stamp_s: simulated time that the sender means, in s; None: when the command arrives
+
+They act besides the torques that carry the robot's own weight, without position control, until the robot's next
+command. A robot that misses its deadline brakes and holds its position. The server reports a refusal in the event
+command_rejected. Raises NotFound, Invalid, CellTimeout.)")
       .def("send_trajectory", &Client::send_trajectory, py::arg("robot"), py::arg("points"),
            py::arg("start_s") = py::none(), unlocked,
            R"(Motion of all joints of a robot through points, from where the robot is.
@@ -258,6 +273,14 @@ velocities: (joints,) in rad/s or m/s; empty: the robot stands there
 efforts: (joints,) in N m or N, added to what the drives' controllers want; empty: none
 
 Without a new one the robot stays there, with the same efforts.)")
+      .def(
+          "apply_torques",
+          [](LockstepController& self, const std::string& robot, const Numbers& torques) {
+            self.apply_torques(robot, torques);
+          },
+          py::arg("robot"), py::arg("torques"),
+          "Torques of a robot as those of Client.send_joint_torques; advance() sends them. They stand until "
+          "its next command.")
       .def("grip", &LockstepController::grip, py::arg("gripper"), py::arg("action"), py::arg("width_m") = 0.0,
            py::arg("max_force_N") = 0.0,
            "Commands a gripper as Client.set_gripper does; advance() sends it. It stands until the next one.")

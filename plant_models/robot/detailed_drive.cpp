@@ -60,8 +60,12 @@ double DetailedDrive::motor_speed_of(double qd, const double* z) const {
   return parameters_.elastic_gear ? z[motor_speed] : parameters_.gear_ratio * qd;
 }
 
-double DetailedDrive::feed_forward_current_A(const JointReference& reference) const {
-  return reference.feed_forward / (parameters_.gear_ratio * parameters_.motor_constant_N_m_per_A);
+double DetailedDrive::current_A(double torque) const {
+  return torque / (parameters_.gear_ratio * parameters_.motor_constant_N_m_per_A);
+}
+
+void DetailedDrive::set_integral(double torque, double* z) const {
+  z[integrator] = current_A(torque) / parameters_.speed_gain_As_per_rad;
 }
 
 double DetailedDrive::spring_torque(double qd, const double* z) const {
@@ -91,7 +95,7 @@ void DetailedDrive::initial_state(const JointReference& reference, double tau, d
   z[current_controller] = -(p.resistance_ohm * z[current] + k * speed) / p.power_stage_gain;
   // i' = vC' = 0 needs i_ref = i. At the reference, u is the remainder from the wind-up of the gear.
   const double angle_error = p.position_at_joint ? 0.0 : psi;
-  z[integrator] = (z[current] - feed_forward_current_A(reference)) / p.speed_gain_As_per_rad -
+  z[integrator] = (z[current] - current_A(reference.feed_forward)) / p.speed_gain_As_per_rad -
                   p.position_gain_per_s * angle_error;
   if (has_modes()) z[mode_index()] = static_cast<double>(mode);
 }
@@ -120,9 +124,9 @@ void DetailedDrive::derivatives(const JointReference& reference, double q, doubl
   const bool wind_up_counts = p.elastic_gear && !p.position_at_joint;
   const double angle_error = n * (reference.q - q) + (wind_up_counts ? z[deflection] : 0.0);
   const double u = n * reference.qd + p.position_gain_per_s * angle_error - speed;
-  const double wanted_current =
-      p.speed_gain_As_per_rad * (z[integrator] + u) + feed_forward_current_A(reference);
-  zdot[integrator] = u / p.speed_integral_time_s;
+  const double control = reference.position_control ? p.speed_gain_As_per_rad * (z[integrator] + u) : 0.0;
+  const double wanted_current = control + current_A(reference.feed_forward);
+  zdot[integrator] = reference.position_control ? u / p.speed_integral_time_s : 0.0;
   zdot[current_controller] = (z[current] - wanted_current) * w * R / (2.0 * g * D);
   zdot[current] = (-g * z[current_controller] - R * z[current] - k * speed) / p.inductance_H();
   if (p.elastic_gear) {
@@ -158,11 +162,15 @@ DrivePattern DetailedDrive::pattern() const {
   return P;
 }
 
-void DetailedDrive::jacobian(const JointReference&, double, double qd, const double* z,
+void DetailedDrive::jacobian(const JointReference& reference, double, double qd, const double* z,
                              DriveJacobian& J) const {
   const DetailedDriveParameters& p = parameters_;
   const double n = p.gear_ratio, k = p.motor_constant_N_m_per_A, L = p.inductance_H();
-  const double kp = p.position_gain_per_s, ks = p.speed_gain_As_per_rad, Ts = p.speed_integral_time_s;
+  // Without position control the current controller is all that is left.
+  const double ks = reference.position_control ? p.speed_gain_As_per_rad : 0.0;
+  const double Ts =
+      reference.position_control ? p.speed_integral_time_s : std::numeric_limits<double>::infinity();
+  const double kp = p.position_gain_per_s;
   const double loop =
       p.current_loop_rad_per_s * p.resistance_ohm / (2.0 * p.power_stage_gain * p.current_loop_damping);
   J.dz_dq[integrator] = -n * kp / Ts;
@@ -204,6 +212,7 @@ void DetailedDrive::jacobian(const JointReference&, double, double qd, const dou
 
 void DetailedDrive::time_derivative(const JointReference& reference, double, double, const double*,
                                     DriveRate& rate) const {
+  if (!reference.position_control) return;
   const DetailedDriveParameters& p = parameters_;
   const double u_rate = p.gear_ratio * (reference.qdd + p.position_gain_per_s * reference.qd);
   rate.zdot[integrator] = u_rate / p.speed_integral_time_s;

@@ -6,7 +6,8 @@
 //   controller   u = n qd_ref + kp (n q_ref - phi_m) - om_m          [rad/s]
 //                x' = u / Ts,   i_ref = ks (x + u) + tau_ff / (n k)  [x: rad/s, A]
 //                n q takes the place of phi_m in u where the position is measured at the joint;
-//                tau_ff, at the joint, is the feed-forward of the reference (not in the r3 robot; 0 without)
+//                tau_ff, at the joint, is the feed-forward of the reference (not in the r3 robot; 0 without);
+//                without position control i_ref = tau_ff / (n k), x' = 0
 //   current      vC' = (i - i_ref) w R / (2 g D),  L = R / (2 D w)   [vC: V]
 //                L i' = -g vC - R i - k om_m
 //   elastic      psi = n q - phi_m,  tau_s = c psi + d (n qd - om_m)
@@ -59,6 +60,7 @@ class DetailedDrive final : public Drive {
   DriveOutput output(const JointReference& reference, double q, double qd, const double* z) const override;
   void derivatives(const JointReference& reference, double q, double qd, const double* z,
                    double* zdot) const override;
+  void set_integral(double torque, double* z) const override;
   DrivePattern pattern() const override;
   void jacobian(const JointReference& reference, double q, double qd, const double* z,
                 DriveJacobian& J) const override;
@@ -85,7 +87,8 @@ class DetailedDrive final : public Drive {
   int mode_index() const { return parameters_.elastic_gear ? 5 : 3; }
   double spring_torque(double qd, const double* z) const;
   double motor_speed_of(double qd, const double* z) const;
-  double feed_forward_current_A(const JointReference& reference) const;
+  /// Of the motor, for this torque at the joint.
+  double current_A(double torque) const;
   DetailedDriveParameters parameters_;
 };
 

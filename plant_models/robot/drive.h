@@ -25,6 +25,8 @@ struct JointReference {
   double feed_forward = 0.0;
   /// Torque of a device on the joint (ArmMotion::applied). Constant during a step too.
   double applied = 0.0;
+  /// False: the drive's torque is `feed_forward` alone, within its limit, and its controller rests.
+  bool position_control = true;
 };
 
 struct DriveOutput {
@@ -93,6 +95,12 @@ class Drive {
   virtual DriveOutput output(const JointReference& reference, double q, double qd, const double* z) const = 0;
   virtual void derivatives(const JointReference& reference, double q, double qd, const double* z,
                            double* zdot) const = 0;
+  /// False: set-points and their torques have no effect.
+  virtual bool takes_torques() const { return true; }
+  /// Sets the integral part of the position control to this torque at the joint (N m or N), from which
+  /// control begins after a time without it.
+  virtual void set_integral(double /*torque*/, double* /*z*/) const {}
+
   virtual DrivePattern pattern() const = 0;
   /// Adds to a J that the caller has cleared.
   virtual void jacobian(const JointReference& reference, double q, double qd, const double* z,

@@ -124,7 +124,12 @@ void DynamicRobot::Impl::references(double t, std::array<JointReference, kMaxJoi
   reference.joint_state(t, position.data(), velocity.data());
   reference.joint_acceleration(t, acceleration.data());
   for (size_t i = 0; i < static_cast<size_t>(arm); ++i)
-    references[i] = {position[i], velocity[i], acceleration[i], reference.feed_forward()[i]};
+    references[i] = {position[i],
+                     velocity[i],
+                     acceleration[i],
+                     reference.feed_forward()[i],
+                     0.0,
+                     !reference.torque_mode()};
   auto next = static_cast<size_t>(arm);
   for (const ParallelGripper* gripper : grippers) {
     for (const auto side : {ParallelGripper::left, ParallelGripper::right})
@@ -278,6 +283,33 @@ void DynamicRobot::state_from_motion(double t, const double* q, const double* qd
   JointArray qdd{};
   for (size_t i = 0; i < static_cast<size_t>(m.joints); ++i) qdd[i] = references[i].qdd;
   m.balance_drives(qdd, motion.arms[m.robot].applied, x);
+}
+
+JointArray DynamicRobot::weight_torques(const double* x) const {
+  Impl& m = *impl_;
+  const JointArray at_rest{};
+  m.tree.update(x, at_rest.data(), m.w);
+  m.updated = false;
+  m.tree.clear_wrenches(m.w);
+  JointArray torques{};
+  m.tree.inverse_dynamics(at_rest.data(), torques.data(), m.w);
+  return torques;
+}
+
+bool DynamicRobot::takes_torques(int joint) const {
+  return impl_->drive(joint).takes_torques();
+}
+
+void DynamicRobot::begin_position_control(const JointArray& torques, double* x) const {
+  const Impl& m = *impl_;
+  for (int i = 0; i < m.arm; ++i) {
+    const auto k = static_cast<size_t>(i);
+    m.drive(i).set_integral(torques[k], x + m.z_begin[k]);
+  }
+}
+
+void DynamicRobot::control_changed() const {
+  impl_->gain_t = impl_->yielding_t = std::numeric_limits<double>::quiet_NaN();
 }
 
 void DynamicRobot::Impl::balance_drives(const JointArray& qdd, const JointArray& applied, double* x) {

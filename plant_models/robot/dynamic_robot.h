@@ -72,6 +72,18 @@ class DynamicRobot final : public PlantModel {
   void state_from_motion(double t, const double* q, const double* qd, const CellMotion& motion,
                          std::span<const Wrench> wrenches, double* x) const;
 
+  // The torque mode of the reference (KinematicRobot::torque_mode).
+
+  /// A drive that takes torques, of a joint of the arm.
+  bool takes_torques(int joint) const;
+  /// Torques of the arm's joints that carry the weight of arm, palms and jaws at the positions in x; not that
+  /// of a load.
+  JointArray weight_torques(const double* x) const;
+  /// Position control begins after torque mode: the integral parts of its drives have these torques.
+  void begin_position_control(const JointArray& torques, double* x) const;
+  /// The mode of the reference has changed, at the same time and state.
+  void control_changed() const;
+
   void write_motion(double t, const double* x, CellMotion& motion) const override;
   void derivatives(double t, const double* x, const CellMotion& motion, std::span<const Wrench> wrenches,
                    double* xdot) const override;

@@ -5,7 +5,7 @@
 // influence on the motion. The arm's dynamics give the torque for it (computed torque). With a torque limit
 // the joint yields at the limit, which then drives it. This is also the servo of a gripper's jaws: position
 // control up to the grip force. A feed-forward of the reference has no effect, because the computed torque
-// includes it.
+// includes it; without position control it is the servo's torque, up to the limit.
 //
 // Without velocity feed-forward qd_ref is taken as zero: the joint follows a reference of constant speed with
 // a delay of 2/w, and the acceleration is continuous at sudden starts and stops of the reference.

@@ -20,6 +20,7 @@ void KinematicRobot::reset() {
   segment_.q0 = segment_.q1 = parameters_.q_initial;
   has_previous_ = false;
   feed_forward_ = {};
+  torque_mode_ = false;
   rest_time_ = 0.0;
   on_trajectory_ = !trajectory_.empty();
   if (on_trajectory_) {
@@ -32,6 +33,25 @@ void KinematicRobot::reset() {
 void KinematicRobot::set_feed_forward(const double* torques) {
   feed_forward_ = {};
   if (torques != nullptr) std::copy_n(torques, parameters_.arm.joints.size(), feed_forward_.begin());
+}
+
+void KinematicRobot::follow(double t, double period_s, const double* q, const double* qd) {
+  const auto n = parameters_.arm.joints.size();
+  Segment next;
+  next.t0 = t;
+  next.duration = period_s;
+  bool moves = false;
+  for (size_t k = 0; k < n; ++k) {
+    next.q0[k] = q[k];
+    next.v0[k] = next.v1[k] = qd[k];
+    next.q1[k] = q[k] + period_s * qd[k];
+    moves = moves || qd[k] != 0.0;
+  }
+  segment_ = next;
+  on_trajectory_ = has_previous_ = false;
+  torque_mode_ = true;
+  rest_time_ = moves ? t + 2.0 * period_s : t;
+  ++revision_;
 }
 
 void KinematicRobot::continue_from(double t, const double* q, const double* qd) {
@@ -51,7 +71,14 @@ void KinematicRobot::continue_from(double t, const double* q, const double* qd) 
     else if (!on_trajectory_)
       next.q1[k] += 0.5 * segment_.duration * segment_.v1[k];
   }
-  on_trajectory_ = false;
+  if (torque_mode_) {  // without a target: evenly to rest
+    constexpr double kBraking = 0.1;
+    next.duration = kBraking;
+    for (size_t k = 0; k < next.q1.size(); ++k) next.q1[k] = next.q0[k] + 0.5 * kBraking * next.v0[k];
+    next.v1.fill(0.0);
+    set_feed_forward(nullptr);
+  }
+  on_trajectory_ = torque_mode_ = false;
   segment_ = next;
   bool coasts = false;
   for (const double v : next.v1) coasts = coasts || v != 0.0;
@@ -170,6 +197,7 @@ void KinematicRobot::set_point(double t, double period_s, const double* position
     next.duration = stretched;
     next.v1.fill(0.0);
   }
+  torque_mode_ = false;
   previous_set_point_ = next.q1;
   previous_set_point_time_ = t;
   has_previous_ = true;
@@ -187,7 +215,7 @@ void KinematicRobot::save(StateWriter& out) const {
   for (const JointArray* values :
        {&segment_.q0, &segment_.v0, &segment_.q1, &segment_.v1, &previous_set_point_, &feed_forward_})
     out.put(std::span<const double>(*values));
-  out.put(on_trajectory_), out.put(has_previous_);
+  out.put(on_trajectory_), out.put(has_previous_), out.put(torque_mode_);
   out.put(previous_set_point_time_), out.put(rest_time_);
 }
 
@@ -200,6 +228,7 @@ void KinematicRobot::load(StateReader& in) {
   on_trajectory_ = in.flag("'on a trajectory'");
   if (on_trajectory_ && trajectory_.empty()) in.fail("it follows a trajectory, but the robot has none");
   has_previous_ = in.flag("'has a set-point'");
+  torque_mode_ = in.flag("'is in torque mode'");
   previous_set_point_time_ = in.number("the time of the last set-point");
   rest_time_ = in.number("the time of rest");
   ++revision_;

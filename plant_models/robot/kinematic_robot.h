@@ -9,7 +9,8 @@
 // rated velocity takes as long as that velocity allows.
 //
 // It also stores the feed-forward torques of the set-points, for drives that follow it (LoD 2 and 3); they
-// have no effect on its motion.
+// have no effect on its motion. In torque mode these drives have no position control: their torque is the
+// feed-forward, and the reference follows them, until the next set-point.
 //
 // Instead of set-points a robot may follow a predefined motion (set_trajectory), until the first set-point.
 #include <cstdint>
@@ -32,11 +33,15 @@ class KinematicRobot final : public PlantModel {
   void write_motion(double t, const double* x, CellMotion& motion) const override;
 
   /// Discrete: call only between accepted steps. With a null `velocity` it follows from successive
-  /// set-points.
+  /// set-points. Ends torque mode, also as continue_from() does.
   void set_point(double t, double period_s, const double* position, const double* velocity);
   /// Discrete: sets the torques at the joints (N m or N), constant until the next call. Null: zero.
   void set_feed_forward(const double* torques);
   const JointArray& feed_forward() const { return feed_forward_; }
+  /// Discrete: torque mode begins, or goes on. The reference is where the joints of the drives are, and moves
+  /// on with their velocities for `period_s`.
+  void follow(double t, double period_s, const double* q, const double* qd);
+  bool torque_mode() const { return torque_mode_; }
   void reset() override;
   /// Discrete: continues the motion from this state, smoothly to its present target (a trajectory: straight
   /// to its end). For a robot that changes from dynamic to kinematic.
@@ -73,6 +78,7 @@ class KinematicRobot final : public PlantModel {
   Segment segment_;
   std::vector<TrajectoryKnot> trajectory_;
   bool on_trajectory_ = false;
+  bool torque_mode_ = false;
   JointArray previous_set_point_{};
   JointArray feed_forward_{};
   double previous_set_point_time_ = -1.0;

@@ -16,6 +16,7 @@ class SignalDrive final : public Drive {
   explicit SignalDrive(const SignalDriveParameters& parameters);
   int state_count() const override { return 0; }
   bool passes_applied_torque() const override { return true; }
+  bool takes_torques() const override { return false; }
   double armature() const override { return parameters_.armature; }
   void initial_state(const JointReference&, double, double*) const override {}
   DriveOutput output(const JointReference& reference, double q, double qd, const double* z) const override;

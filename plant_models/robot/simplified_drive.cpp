@@ -32,6 +32,11 @@ SimplifiedDrive::Control SimplifiedDrive::control(const JointReference& referenc
                                                   double x) const {
   const SimplifiedDriveParameters& p = parameters_;
   Control c;
+  if (!reference.position_control) {
+    c.u = 0.0;
+    c.torque = c.limited_torque = std::clamp(reference.feed_forward, -p.max_torque, p.max_torque);
+    return c;
+  }
   c.u = reference.qd - qd + p.position_gain_per_s * (reference.q - q);
   c.torque = p.inertia() * (p.speed_gain_per_s * (c.u + x / p.integral_time_s) + reference.qdd) +
              reference.feed_forward;
@@ -59,6 +64,11 @@ void SimplifiedDrive::derivatives(const JointReference& reference, double q, dou
   zdot[0] = c.u + (c.limited_torque - c.torque) / (parameters_.inertia() * parameters_.speed_gain_per_s);
 }
 
+void SimplifiedDrive::set_integral(double torque, double* z) const {
+  const SimplifiedDriveParameters& p = parameters_;
+  z[0] = p.integral_time_s / p.speed_gain_per_s * torque / p.inertia();
+}
+
 DrivePattern SimplifiedDrive::pattern() const {
   DrivePattern P;
   P.dz_dz[0][0] = P.dz_dq[0] = P.dz_dqd[0] = P.torque_dz[0] = true;
@@ -67,6 +77,7 @@ DrivePattern SimplifiedDrive::pattern() const {
 
 void SimplifiedDrive::jacobian(const JointReference& reference, double q, double qd, const double* z,
                                DriveJacobian& J) const {
+  if (!reference.position_control) return;
   const SimplifiedDriveParameters& p = parameters_;
   const Control c = control(reference, q, qd, z[0]);
   if (c.limited_torque == c.torque) {
@@ -83,6 +94,7 @@ void SimplifiedDrive::jacobian(const JointReference& reference, double q, double
 
 void SimplifiedDrive::time_derivative(const JointReference& reference, double q, double qd, const double* z,
                                       DriveRate& rate) const {
+  if (!reference.position_control) return;
   const SimplifiedDriveParameters& p = parameters_;
   const Control c = control(reference, q, qd, z[0]);
   if (c.limited_torque != c.torque) return;  // u cancels, the torque stays

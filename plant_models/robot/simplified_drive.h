@@ -10,7 +10,7 @@
 // I is the inertia for which the gains are designed: the reflected rotor n^2 J plus a nominal load. The last
 // term of x' prevents wind-up of the integrator at the limit. The integrator carries the weight, so there is
 // no deviation at rest; tau_ff is the feed-forward of the reference (0 without one), whose error the
-// integrator compensates.
+// integrator compensates. Without position control tau = tau_ff, limited, and x' = 0.
 #include "plant_models/robot/drive.h"
 
 namespace takt {
@@ -43,6 +43,7 @@ class SimplifiedDrive final : public Drive {
   DriveOutput output(const JointReference& reference, double q, double qd, const double* z) const override;
   void derivatives(const JointReference& reference, double q, double qd, const double* z,
                    double* zdot) const override;
+  void set_integral(double torque, double* z) const override;
   DrivePattern pattern() const override;
   void jacobian(const JointReference& reference, double q, double qd, const double* z,
                 DriveJacobian& J) const override;

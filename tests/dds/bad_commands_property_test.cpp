@@ -138,7 +138,8 @@ class Generator {
     const auto wrong_length = [&](std::size_t size, bool may_be_empty) {
       return size != joints_.size() && !(may_be_empty && size == 0);
     };
-    if (wrong_length(message.name.size(), false) || wrong_length(message.position.size(), false) ||
+    const bool torques = message.velocity.empty() && !message.effort.empty();
+    if (wrong_length(message.name.size(), false) || wrong_length(message.position.size(), torques) ||
         wrong_length(message.velocity.size(), true) || wrong_length(message.effort.size(), true)) {
       codes.insert("wrong_count");
       return message;  // other faults are not visible by joint
@@ -148,7 +149,7 @@ class Generator {
       const auto of = limits_.find(message.name[i]);
       if (of == limits_.end()) continue;
       const auto [lower, upper, velocity, effort] = of->second;
-      judge(codes, message.position[i], lower, upper, "out_of_range");
+      if (!message.position.empty()) judge(codes, message.position[i], lower, upper, "out_of_range");
       if (!message.velocity.empty())
         judge(codes, message.velocity[i], -velocity, velocity, "velocity_out_of_range");
       if (!message.effort.empty()) judge(codes, message.effort[i], -effort, effort, "effort_out_of_range");
@@ -310,9 +311,10 @@ JointCommand meaning(const Generator& generator, int robot, const sensor_msgs::m
   command.stamp = time_of(message.header.stamp);
   command.has_velocity = !message.velocity.empty();
   command.has_effort = !message.effort.empty();
+  command.torque_mode = message.position.empty();
   for (std::size_t i = 0; i < message.name.size(); ++i) {
     const std::size_t place = generator.place(message.name[i]);
-    command.position[place] = message.position[i];
+    if (!command.torque_mode) command.position[place] = message.position[i];
     if (command.has_velocity) command.velocity[place] = message.velocity[i];
     if (command.has_effort) command.effort[place] = message.effort[i];
   }

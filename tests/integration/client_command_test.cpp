@@ -65,6 +65,25 @@ TEST_F(ClientCommand, TheFirstJointCommandArrivesExactly) {
   EXPECT_EQ(received[0].header.stamp.nanosec, 8U);
 }
 
+TEST_F(ClientCommand, TorquesArriveAsEffortsAlone) {
+  connect();
+  server_->listen_to_joints("Robot2");
+  client_->send_joint_torques("Robot2", {-7.5, 1.0 / 3.0}, 12.0);
+  const auto received = server_->wait_for_joint_commands(1);
+  ASSERT_EQ(received.size(), 1U);
+  EXPECT_EQ(received[0].name, (std::vector<std::string>{"shoulder", "elbow"}));
+  EXPECT_TRUE(received[0].position.empty());
+  EXPECT_TRUE(received[0].velocity.empty());
+  EXPECT_EQ(received[0].effort, (std::vector<double>{-7.5, 1.0 / 3.0}));
+  EXPECT_EQ(received[0].header.stamp.sec, 12);
+  EXPECT_EQ(error_of([&] { client_->send_joint_torques("Robot2", {1.0}); }).kind(),
+            ClientError::Kind::invalid);
+  EXPECT_EQ(error_of([&] {
+              client_->send_joint_torques("Robot2", {1.0, NAN});
+            }).kind(),
+            ClientError::Kind::invalid);
+}
+
 TEST_F(ClientCommand, AGripperCommandArrives) {
   connect();
   server_->listen_to_gripper("Gripper1");

@@ -20,8 +20,9 @@ await() {
   return 1
 }
 
+# start_server SCENARIO [LEVEL]
 start_server() {
-  "$bin/takt-server" "$root/config/scenarios/$1.yaml" --paused --lod 1 >"$scratch/server.log" 2>&1 &
+  "$bin/takt-server" "$root/config/scenarios/$1.yaml" --paused --lod "${2:-1}" >"$scratch/server.log" 2>&1 &
   processes+=($!)
   await "$scratch/server.log" ready
 }

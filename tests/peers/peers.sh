@@ -56,5 +56,6 @@ if [[ -n $urcl ]]; then
     { tail -n 20 "$log/urcl_configure.log" >&2; exit 1; }
   nice cmake --build "$build" -j 2 >"$log/urcl_build.log" 2>&1 || { tail -n 20 "$log/urcl_build.log" >&2; exit 1; }
   python3 -B "$here/urcl.py" "$build" "$urcl" "$filter" || status=1
+  [[ -n $filter ]] || "$here/urcl_torque.sh" "$bin" "$build" "$urcl" "$log/urcl_torque" || status=1
 fi
 exit $status

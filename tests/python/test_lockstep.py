@@ -99,6 +99,28 @@ def test_whole_assembly_by_its_controller_program(config, tmp_path):
         assert end.state_hash == int(expected["state_hash"], 16)
 
 
+def test_torques_move_a_robot_until_its_next_motion(config):
+    """Without them it floats: its weight is carried."""
+    with takt.Server(config / "scenarios" / "block_assembly.yaml", level_of_detail=2) as server, server.client() as cell:
+        with cell.lockstep(["Robot1"], PERIOD_S) as controller:
+            start = list(controller.state.robot("Robot1").position)
+
+            def way(periods):
+                for _ in range(periods):
+                    controller.advance()
+                return [now - before for now, before in zip(controller.state.robot("Robot1").position, start)]
+
+            controller.apply_torques("Robot1", [0.0] * 6)
+            assert max(map(abs, way(25))) < 1e-6
+            controller.apply_torques("Robot1", [50.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+            moved = way(25)
+            assert moved[0] > 0.01
+            controller.move("Robot1", list(controller.state.robot("Robot1").position))
+            way(125)
+            assert max(map(abs, controller.state.robot("Robot1").velocity)) < 1e-3
+            assert way(25)[0] - moved[0] < 0.1
+
+
 def test_efforts_stand_until_the_next_motion(config):
     """At level of detail 2 they are added to what the drives do: 100 N m push the shoulder forward."""
     with takt.Server(config / "scenarios" / "block_assembly.yaml", level_of_detail=2) as server, server.client() as cell:

@@ -117,13 +117,17 @@ def test_trajectories_end_with_success_and_cancelled_ones_say_so(robot, opened):
     client.wait(lambda s: s["runtime_state"] == 1)
 
 
-def test_torque_mode_is_refused_and_the_robot_stays(robot, opened):
+def test_torque_mode_needs_its_version_and_drives(robot, opened):
     _, ports, gateway = robot
     client, driver = Rtde(opened, ports[0]), Driver(opened, ports[1])
     q = client.wait(lambda s: s["runtime_state"] == 2)["actual_q"]
     driver.command(8, (1.0,) * 6)
+    gateway.wait_for_line("only supported from software 5.23.0")
+    driver.command(-2)
     assert client.wait(lambda s: s["runtime_state"] == 1)["actual_q"] == pytest.approx(q, abs=1e-3)
-    gateway.wait_for_line("direct_torque", "force_mode")
+    primary = opened(socket.create_connection(("127.0.0.1", ports[1]), timeout=PATIENCE_S))
+    primary.sendall(b"def t():\n  direct_torque([1, 0, 0, 0, 0, 0])\nend\n")
+    gateway.wait_for_line("direct_torque", "no drives at level of detail 1")
 
 
 def test_a_blend_goes_past_its_point(robot, opened):

@@ -158,6 +158,12 @@ std::uint64_t random_run(const std::shared_ptr<const CellModel>& model, LogRecor
         command.stamp = {};
         command.has_effort = below(2) == 0;
         if (command.has_effort) command.effort[below(6)] = static_cast<double>(below(20)) - 10.0;
+        if (command.has_effort && below(3) == 0) {
+          const int robot = command.robot;
+          command = {};
+          command.robot = robot, command.has_effort = true, command.torque_mode = true;
+          command.effort[0] = static_cast<double>(below(20)) - 10.0;
+        }
         (void)loop.append(command, 1, monotonic_now_ns());
       }
     }
@@ -272,7 +278,7 @@ TEST(Recording, AnotherFormatIsRefusedWithAReason) {
     LogReader reader(file);
     ADD_FAILURE() << "a log of another format was read";
   } catch (const LogError& error) {
-    EXPECT_NE(std::string(error.what()).find("has format 1; this program reads format 3"), std::string::npos)
+    EXPECT_NE(std::string(error.what()).find("has format 1; this program reads format 4"), std::string::npos)
         << error.what();
   }
 }

@@ -63,6 +63,27 @@ TEST(JointCommandValidation, NamesSelectJointsInAnyOrder) {
   EXPECT_EQ(pushing.effort[1], -4.0);
 }
 
+TEST(JointCommandValidation, EffortsAloneAreTorques) {
+  RawJointCommand raw = good();
+  EXPECT_FALSE(std::get<JointCommand>(validate(cell(), 0, raw)).torque_mode);
+  raw.position.clear();
+  raw.effort = {-4.0, 3.0};
+  const auto command = std::get<JointCommand>(validate(cell(), 0, raw));
+  EXPECT_TRUE(command.torque_mode);
+  EXPECT_TRUE(command.has_effort);
+  EXPECT_FALSE(command.has_velocity);
+  EXPECT_EQ(command.effort[0], 3.0);
+  EXPECT_EQ(command.effort[1], -4.0);
+  raw.effort = {0.0, 4.1};
+  EXPECT_EQ(rejection(raw).code, RejectionCode::effort_out_of_range);
+  raw.effort = {0.0};
+  EXPECT_EQ(rejection(raw).code, RejectionCode::wrong_count);
+  raw.effort = {0.0, 1.0};
+  raw.velocity = {0.0, 0.0};
+  EXPECT_EQ(rejection(raw).code, RejectionCode::wrong_count);
+  EXPECT_THAT(rejection(raw).message, HasSubstr("field 'position' has 0 entries"));
+}
+
 TEST(JointCommandValidation, EveryFaultHasItsCodeAndSentence) {
   RawJointCommand raw = good();
   raw.names = {"a", "c"};

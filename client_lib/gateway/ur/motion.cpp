@@ -31,6 +31,13 @@ void Motion::relocate(const Vector6& q) {
   if (mode_ == Mode::path) mode_ = Mode::stop;
 }
 
+void Motion::follow(const Vector6& q, const Vector6& qd) {
+  stop();
+  q_ = q;
+  qd_ = qd;
+  qdd_ = {};
+}
+
 Pose Motion::tool_pose(const Vector6& q) const {
   return ur::tool_pose(arm_, X_FT_, q);
 }

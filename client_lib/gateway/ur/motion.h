@@ -29,6 +29,8 @@ class Motion {
   void reset(const Vector6& q);
   /// At rest at `q`, under the same control; a path ends. For a target that something else has moved.
   void relocate(const Vector6& q);
+  /// Moves as the robot does, which something else commands; stop() then brakes.
+  void follow(const Vector6& q, const Vector6& qd);
   void set_tool(const Pose& X_FT) { X_FT_ = X_FT; }
   const Pose& tool() const { return X_FT_; }
 

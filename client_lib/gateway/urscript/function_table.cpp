@@ -9,8 +9,10 @@ namespace {
 
 using enum Function::Kind;
 
-constexpr std::string_view kNoTorque =
-    "the drives of takt's robots follow set-points; force_mode makes them compliant";
+constexpr std::string_view kNoMasses =
+    "a cell describes no masses of robots to its clients; direct_torque carries the robot's own weight";
+constexpr std::string_view kTorques =
+    "torque, friction_comp=True, viscous_scale=[0,0,0,0,0,0], coulomb_scale=[0,0,0,0,0,0]";
 constexpr std::string_view kNoModbus = "modbus_add_signal with two signals is allowed";
 constexpr std::string_view kNoRpc = "EtherNet/IP has no counterpart; sockets and XML-RPC are allowed";
 constexpr std::string_view kNoConveyor =
@@ -38,6 +40,11 @@ constexpr Function kFunctions[] = {
     {"optimovel", "goal, a=0.3, v=0.3, r=0", moves, "movel; fractions of 1 m/s^2, 1 m/s"},
     {"speedj", "qd, a=1.4, t=0", moves, "joint speeds, for t seconds or until they are reached"},
     {"speedl", "xd, a=1.2, t=0, aRot=0", moves, "speed of the TCP, in the same way"},
+    {"direct_torque", kTorques, moves,
+     "torques of the joints for one cycle, at level of detail 2 and 3, beside those that carry the robot's "
+     "own "
+     "weight; friction is not compensated"},
+    {"torque_command", kTorques, moves, "the same"},
     {"stopj", "a=4", moves, "brakes in joint space"},
     {"stopl", "a=4, aRot=0", moves, "brakes"},
     {"force_mode", "task_frame, selection_vector, wrench, type, limits", moves,
@@ -279,11 +286,9 @@ constexpr Function kFunctions[] = {
     {"integer_to_binary_list", "x", computes, "32 values, the lowest bit first"},
     {"binary_list_to_integer", "l", computes, "and back"},
 
-    {"direct_torque", "*", refused, kNoTorque},
-    {"torque_command", "*", refused, kNoTorque},
-    {"get_mass_matrix", "*", refused, kNoTorque},
-    {"get_jacobian_time_derivative", "*", refused, kNoTorque},
-    {"get_coriolis_and_centrifugal_torques", "*", refused, kNoTorque},
+    {"get_mass_matrix", "*", refused, kNoMasses},
+    {"get_jacobian_time_derivative", "*", refused, "get_jacobian at two positions is allowed"},
+    {"get_coriolis_and_centrifugal_torques", "*", refused, kNoMasses},
     {"modbus_add_rw_signal", "*", refused, kNoModbus},
     {"eip_writer_factory", "*", refused, kNoRpc},
     {"eip_reader_factory", "*", refused, kNoRpc},

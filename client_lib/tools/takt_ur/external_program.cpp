@@ -17,6 +17,8 @@ constexpr double kStopDeceleration = 4.0;
 /// Motion commands that need more than this are ignored, rad/s.
 constexpr double kIgnoreSpeed = 20.0;
 constexpr double kPointTimeout_s = 0.5;
+/// The first version with torque control.
+constexpr std::array<int, 3> kTorqueControl{5, 23, 0};
 constexpr double kQuiet_s = 0.05;
 /// A move with a blend begins without its successor after this.
 constexpr double kSuccessorTimeout_s = 0.05;
@@ -124,6 +126,9 @@ bool ExternalProgram::advance() {
     return true;
   }
   if (runs_) advance_trajectory();
+  if (mode_ == ControlMode::torque && torque_mode_)
+    if (const std::string problem = controller_.command_torques(torques_); !problem.empty())
+      throw urscript::ScriptError(1, 1, problem);
   if (watches_contact_) watch_tool_contact();
   if (external_.writes_spline_time && controller_.motion().follows())
     controller_.write_output_double(1, controller_.motion().spline_time_s());
@@ -158,6 +163,9 @@ void ExternalProgram::handle(const rtde::ReverseMessage& message) {
     case ControlMode::freedrive:
       freedrive_action(message.raw[0]);
       break;
+    case ControlMode::torque:
+      torques_ = message.values;
+      break;
     default:
       break;
   }
@@ -183,10 +191,10 @@ void ExternalProgram::change_mode(ControlMode mode) {
       phase_ = Phase::stopping;
       break;
     case ControlMode::torque:
-      throw urscript::ScriptError(
-          1, 1,
-          "direct_torque: allowed: the other control modes; the drives of takt's robots "
-          "follow set-points. force_mode makes them compliant");
+      torque_mode_ = controller_.mapping().version_numbers() >= kTorqueControl;
+      if (!torque_mode_)
+        controller_.text("Torque control is only supported from software 5.23.0 and upwards.");
+      break;
     default:
       break;
   }
@@ -523,7 +531,7 @@ void ExternalProgram::script_command(const rtde::ScriptCommand& command) {
       break;
     case Type::set_friction_compensation:
     case Type::set_friction_scales:
-      controller_.text("Friction compensation has no effect: takt does not support torque control.");
+      controller_.text("Friction compensation has no effect: torques act on drives with their friction.");
       break;
     case Type::ft_rtde_input_enable:
       controller_.set_driver_sensor({v[0] != 0.0, Vec3(v[2], v[3], v[4]), Vec3(v[5], v[6], v[7]), v[1]});

@@ -61,6 +61,8 @@ class ExternalProgram final : public RunningProgram {
   bool reverse_closed_ = false;
   std::uint64_t deadline_cycle_ = 0;  ///< of the next message; 0: none
   bool ignores_commands_ = false;     ///< after a set-point that is too far
+  bool torque_mode_ = false;          ///< the controller's version has it
+  Vector6 torques_{};
 
   // The trajectory.
   bool runs_ = false, streaming_ = false, was_streaming_ = false, first_point_ = true, moving_ = false;

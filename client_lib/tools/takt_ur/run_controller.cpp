@@ -63,6 +63,9 @@ class LockstepCell final : public gateway::RobotCell, gateway::CommandSink {
             std::vector<double> velocities) override {
     controller_.move(robot, positions, velocities);
   }
+  void apply_torques(const std::string& robot, std::vector<double> torques) override {
+    controller_.apply_torques(robot, torques);
+  }
   void stop(const std::string& /*robot*/) override {}  // it stays at the set-point that it has
   void grip(const std::string& gripper, GripperAction action, double width_m, double max_force_N) override {
     controller_.grip(gripper, action, width_m, max_force_N);

@@ -134,6 +134,10 @@ bool ScriptRun::begin(const HostCall& call, const CallArguments& arguments, Wait
     (void)follow(*waiting.servo_line);
   } else if (f == "speedj" || f == "speedl") {
     begin_speed(arguments, waiting);
+  } else if (f == "direct_torque" || f == "torque_command") {
+    if (const std::string problem = controller_.command_torques(arguments.six(0)); !problem.empty())
+      throw ValueError(problem);
+    wait(waiting, UrController::kCycle_s);
   } else if (f == "end_interpreter") {
     leaves_ = executes_;
     return true;

@@ -102,7 +102,7 @@ void UrController::advance() {
     target_q_ = actual_q_;
   }
   advance_program();
-  if (plays && robot_mode_ == RobotMode::running) {
+  if (plays && robot_mode_ == RobotMode::running && !apply_torques()) {
     const bool feasible = motion_.advance(speed_slider_) && follow_force();
     if (!feasible) {
       protective_stop("the path leaves the robot's reach or passes a singularity");
@@ -257,6 +257,27 @@ void UrController::drive() {
   if (drives_)
     link_.sender().move(mapping_.robot.robot, mapping_.robot.to_cell(target_q_),
                         mapping_.robot.rates_to_cell(target_qd_));
+}
+
+std::string UrController::command_torques(const Vector6& torques) {
+  if (state_->robot(mapping_.robot.robot).motor_power.empty())
+    return "direct_torque: " + mapping_.robot.robot +
+           " has no drives at level of detail 1; allowed: level of detail 2 and 3";
+  if (force_mode_) return "direct_torque: allowed: after end_force_mode()";
+  torques_ = {torques, cycle_};
+  return {};
+}
+
+bool UrController::apply_torques() {
+  if (torques_ && torques_->cycle != cycle_) torques_.reset();
+  if (!torques_ || safety_mode_ != SafetyMode::normal) return false;
+  motion_.follow(actual_q_, actual_qd_);
+  target_q_ = actual_q_;
+  target_qd_ = actual_qd_;
+  drives_ = true;
+  at_rest_since_ = cycle_;
+  link_.sender().apply_torques(mapping_.robot.robot, mapping_.robot.rates_to_cell(torques_->values));
+  return true;
 }
 
 // --- programs ---

@@ -131,6 +131,9 @@ class UrController final : public rtde::DashboardRobot {
   static constexpr std::array<bool, 6> kAllAxes{true, true, true, true, true, true};
   void start_freedrive(const std::array<bool, 6>& axes = kAllAxes, const Pose& X_RK = {});
   void end_force_mode();
+  /// Torques of the joints for this cycle, besides those that carry the robot's own weight. Without others in the next cycle
+  /// the robot brakes. Returns why the robot cannot, or nothing.
+  [[nodiscard]] std::string command_torques(const Vector6& torques);
   /// Of the next force_mode() in a URScript program.
   ForceModeOptions& next_force_mode() { return next_force_mode_; }
   void write_output_double(int number, double value);
@@ -202,6 +205,8 @@ class UrController final : public rtde::DashboardRobot {
   Wrench sensor_wrench_F() const;
   Wrench weight_F(const Pose& X_RF, double mass_kg, const Vec3& center_F) const;
   bool follow_force();
+  /// False without torques for this cycle.
+  bool apply_torques();
   void restart_force_mode(const Vector6& q);
   void change_power();
   void advance_program();
@@ -251,6 +256,11 @@ class UrController final : public rtde::DashboardRobot {
   Wrench sensed_F_, sensor_zero_F_;  ///< without the payload; the zero of the sensor
   std::optional<ForceMode> force_mode_;
   ForceModeOptions next_force_mode_;
+  struct Torques {
+    Vector6 values{};
+    std::uint64_t cycle = 0;
+  };
+  std::optional<Torques> torques_;
   std::uint64_t digital_outputs_ = 0, digital_inputs_ = 0;
   std::array<double, 2> analog_outputs_{}, analog_inputs_{}, tool_analog_inputs_{};
   struct Past {

@@ -10,7 +10,7 @@ namespace takt {
 namespace {
 
 constexpr std::array<char, 8> kLogMagic{'T', 'A', 'K', 'T', 'L', 'O', 'G', '\n'};
-constexpr std::uint32_t kFormat = 3;
+constexpr std::uint32_t kFormat = 4;
 constexpr std::size_t kFileHeadSize = kLogMagic.size() + sizeof(kFormat);
 constexpr std::size_t kLeastContent = 1 + sizeof(std::uint64_t);
 

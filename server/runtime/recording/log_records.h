@@ -247,6 +247,7 @@ struct LogCodec<JointCommand> {
     archive.value(command.period_s);
     archive.flag(command.has_velocity, "whether there are velocities");
     archive.flag(command.has_effort, "whether there are efforts");
+    archive.flag(command.torque_mode, "whether there are efforts alone");
     archive.numbers(command.position);
     archive.numbers(command.velocity);
     if (command.has_effort) archive.numbers(command.effort);

@@ -144,19 +144,30 @@ events::OfLoop event_of(const MotionNotice& notice, const CellDescription& cell)
                                            robot.command_deadline.action};
     case MotionNotice::Kind::motion_refused:
       return events::MotionRefused{notice.robot};
+    case MotionNotice::Kind::torques_refused:
+      return events::TorquesRefused{
+          notice.robot,
+          FixedString<128>(
+              notice.joint < 0
+                  ? std::string_view{}
+                  : std::string_view(robot.arm.joints[static_cast<std::size_t>(notice.joint)].name))};
     case MotionNotice::Kind::trajectory_refused:
+    case MotionNotice::Kind::torques_ended:
       break;
   }
   const JointModel& joint = robot.arm.joints[static_cast<std::size_t>(notice.joint)];
   const bool turns = joint.type == JointType::revolute;
-  return events::TrajectoryRefused{
-      notice.robot,
-      FixedString<128>(joint.name),
-      FixedString<16>(notice.velocity ? "velocity" : "position"),
-      FixedString<8>(notice.velocity ? (turns ? "rad/s" : "m/s") : (turns ? "rad" : "m")),
-      notice.value,
-      notice.lower,
-      notice.upper};
+  const auto outside = [&]<typename Event>() {
+    return Event{notice.robot,
+                 FixedString<128>(joint.name),
+                 FixedString<16>(notice.velocity ? "velocity" : "position"),
+                 FixedString<8>(notice.velocity ? (turns ? "rad/s" : "m/s") : (turns ? "rad" : "m")),
+                 notice.value,
+                 notice.lower,
+                 notice.upper};
+  };
+  if (notice.kind == MotionNotice::Kind::torques_ended) return outside.operator()<events::TorquesEnded>();
+  return outside.operator()<events::TrajectoryRefused>();
 }
 
 events::OfLoop event_of(const DeviceNotice& notice) {

@@ -35,7 +35,8 @@ Validated<JointCommand> validate(const CellDescription& cell, int target, const 
                       " needs " + std::to_string(count) + ", one for each of: " + list_names(arm.joints));
   };
   if (raw.names.size() != count) return wrong_count("name", raw.names.size());
-  if (raw.position.size() != count) return wrong_count("position", raw.position.size());
+  const bool torque_mode = raw.position.empty() && raw.velocity.empty() && !raw.effort.empty();
+  if (!torque_mode && raw.position.size() != count) return wrong_count("position", raw.position.size());
   if (!raw.velocity.empty() && raw.velocity.size() != count)
     return wrong_count("velocity", raw.velocity.size());
   if (!raw.effort.empty() && raw.effort.size() != count) return wrong_count("effort", raw.effort.size());
@@ -45,6 +46,7 @@ Validated<JointCommand> validate(const CellDescription& cell, int target, const 
   command.stamp = raw.stamp;
   command.has_velocity = !raw.velocity.empty();
   command.has_effort = !raw.effort.empty();
+  command.torque_mode = torque_mode;
   std::array<bool, kMaxJoints> seen{};
   for (std::size_t i = 0; i < count; ++i) {
     std::size_t j = 0;
@@ -85,7 +87,7 @@ Validated<JointCommand> validate(const CellDescription& cell, int target, const 
           outside(check.quantity, joint.name, value, check.lower, check.upper, check.unit);
       if (!fault.empty()) return reject(check.code, name, fault);
     }
-    command.position[j] = raw.position[i];
+    if (!torque_mode) command.position[j] = raw.position[i];
     if (command.has_velocity) command.velocity[j] = raw.velocity[i];
     if (command.has_effort) command.effort[j] = raw.effort[i];
   }

@@ -25,15 +25,18 @@ namespace takt {
 struct CellDescription;
 
 /// Joint set-point of one robot: be at `position` with `velocity` one command period after the command takes
-/// effect.
+/// effect; or torques of its joints.
 struct JointCommand {
   int robot = -1;             ///< index into CellDescription::robots
   SimTime stamp;              ///< simulated time the sender meant
   double period_s = 0.0;      ///< the sender's command period; 0: the robot's own (RobotDescription)
   bool has_velocity = false;  ///< velocities were sent; otherwise they follow from successive positions
   bool has_effort = false;    ///< efforts were sent; otherwise they are zero from here on
-  JointArray position{};      ///< rad or m, in the order of the robot's joints
-  JointArray velocity{};      ///< rad/s or m/s
+  /// Efforts alone were sent: they move the joints, besides the torques that carry the robot's own weight,
+  /// and there is no position control until the next set-point (LoD 2 and 3). Position and velocity are 0.
+  bool torque_mode = false;
+  JointArray position{};  ///< rad or m, in the order of the robot's joints
+  JointArray velocity{};  ///< rad/s or m/s
   /// Feed-forward of the drives (LoD 2 and 3), at the joints: N m or N. It takes effect at once and lasts
   /// until the next command of the robot, a missed deadline or a reset.
   JointArray effort{};
@@ -84,7 +87,8 @@ struct Rejection {
 };
 
 /// A received joint command, not yet validated: names select joints, in any order; all of the robot's joints
-/// must be present. `velocity` and `effort` are empty or as long as `position`.
+/// must be present. `velocity` and `effort` are empty or as long as `position`; with `effort` alone the two
+/// others are empty.
 struct RawJointCommand {
   SimTime stamp;
   std::vector<std::string> names;

@@ -95,6 +95,8 @@ struct MotionNotice {
     trajectory_past,      ///< its end was over when it took effect; value: its end (s)
     motion_refused,       ///< a safety device stops the cell; once in a stop, and for each trajectory
     deadline_missed,      ///< no set-point for longer than allowed; value: how long (s)
+    torques_refused,      ///< the robot takes none; joint: whose drive takes none, or -1; once in a row
+    torques_ended,        ///< they would move `joint` out of its limits: value, limit
   };
   Kind kind{};
   double time_s = 0.0;

@@ -353,7 +353,10 @@ void CellPlant::load(StateReader& in) {
               ", but can only be kinematic");
   }
   for (std::array<double, 2>& energies : energies_) in.numbers(energies, "an energy");
-  for (KinematicRobot& robot : robots_) robot.load(in);
+  for (std::size_t r = 0; r < robots_.size(); ++r) {
+    robots_[r].load(in);
+    if (robots_[r].torque_mode() && levels_[r] == 1) in.fail("a robot in torque mode has level of detail 1");
+  }
   for (ParallelGripper& gripper : grippers_) gripper.load(in);
   for (const auto& further : auxiliary_) further->load(in);
   forced_.clear();

@@ -11,6 +11,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "plant_models/device_model.h"
@@ -125,6 +126,10 @@ class CellPlant {
   }
   /// Its segment of the state vector.
   std::span<const double> segment(std::size_t robot) const;
+  std::span<double> segment(std::size_t robot) {
+    const std::span<const double> found = std::as_const(*this).segment(robot);
+    return std::span<double>(x_).subspan(segment_begin_[robot], found.size());
+  }
   /// Measured distance of a jaw's grip face from the centre (m).
   double jaw_coordinate(std::size_t gripper, ParallelGripper::Side side, double t) const;
   /// Its derivative (m/s).

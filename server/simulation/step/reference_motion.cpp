@@ -75,12 +75,57 @@ void ReferenceMotion::drop(double t, std::uint64_t step) {
   state_.brakes = false;
 }
 
-void ReferenceMotion::apply(const JointCommand& command, double t, std::uint64_t step) {
+void ReferenceMotion::begin_stream(const JointCommand& command, double t, std::uint64_t step) {
   drop(t, step);
   state_.later = {};
   state_.streams = true;
   state_.newest_s = t;
   state_.period_s = command.period_s > 0.0 ? command.period_s : description_.command_period_s;
+}
+
+void ReferenceMotion::apply_torques(const JointCommand& command, double t, std::uint64_t step,
+                                    const double* q, const double* qd) {
+  if (state_.at_a_limit && state_.brakes) return;
+  begin_stream(command, t, step);
+  state_.at_a_limit = false;
+  state_.torques = command.effort;
+  follow(t, q, qd);
+}
+
+void ReferenceMotion::follow(double t, const double* q, const double* qd) {
+  kinematics_.follow(t, step_s_, q, qd);
+}
+
+void ReferenceMotion::add_torques(const JointArray& weight) {
+  JointArray torques = weight;
+  for (std::size_t j = 0; j < description_.arm.joints.size(); ++j) torques[j] += state_.torques[j];
+  kinematics_.set_feed_forward(torques.data());
+}
+
+bool ReferenceMotion::torques_leave_limits(double t, std::uint64_t step) {
+  JointArray q{}, v{};
+  kinematics_.joint_state(t, q.data(), v.data());
+  for (std::size_t j = 0; j < description_.arm.joints.size(); ++j) {
+    const JointModel& joint = description_.arm.joints[j];
+    const bool too_fast = std::abs(v[j]) > joint.max_velocity;
+    JointArray next = q, alone{};
+    next[j] += step_s_ * v[j];
+    alone[j] = v[j];
+    if (!too_fast && !(room_time(next, alone) < braking_time(alone))) continue;
+    MotionNotice notice{.kind = MotionNotice::Kind::torques_ended};
+    notice.joint = static_cast<int>(j);
+    notice.velocity = too_fast;
+    notice.value = too_fast ? v[j] : q[j];
+    notice.lower = too_fast ? -joint.max_velocity : joint.lower;
+    notice.upper = too_fast ? joint.max_velocity : joint.upper;
+    note(notice, t, step);
+    return true;
+  }
+  return false;
+}
+
+void ReferenceMotion::apply(const JointCommand& command, double t, std::uint64_t step) {
+  begin_stream(command, t, step);
   kinematics_.set_point(t, state_.period_s, command.position.data(),
                         command.has_velocity ? command.velocity.data() : nullptr);
   kinematics_.set_feed_forward(command.has_effort ? command.effort.data() : nullptr);
@@ -160,7 +205,7 @@ bool ReferenceMotion::take_over(Following& following, double t, std::uint64_t st
 
 void ReferenceMotion::stop(double t, std::uint64_t step) {
   State& r = state_;
-  const bool commanded = r.now.path || r.later.path || r.streams;
+  const bool commanded = r.now.path || r.later.path || r.streams || kinematics_.torque_mode();
   if (r.brakes && !commanded) return;
   JointArray q{}, v{};
   kinematics_.joint_state(t, q.data(), v.data());
@@ -193,13 +238,19 @@ void ReferenceMotion::advance(double t, std::uint64_t step, bool watch, double o
     const double silence_s = t - r.newest_s;
     const bool stops = limit.action == SafeAction::stop;
     bool ends = silence_s >= limit.deadline_s - kRounding_s;
-    if (stops && !ends && silence_s >= r.period_s - kRounding_s) ends = !goes_on(t);
+    if (stops && !ends && !kinematics_.torque_mode() && silence_s >= r.period_s - kRounding_s)
+      ends = !goes_on(t);
     if (ends) {
       note({.kind = MotionNotice::Kind::deadline_missed, .value = silence_s}, t, step);
       r.streams = false;
       kinematics_.set_feed_forward(nullptr);
-      if (stops) brake_from(t);
+      if (stops || kinematics_.torque_mode()) brake_from(t);
     }
+  }
+  if (kinematics_.torque_mode() && !r.brakes && torques_leave_limits(t, step)) {
+    r.streams = false;
+    r.at_a_limit = true;
+    brake_from(t);
   }
   if (r.brakes) continue_braking(t);
 }
@@ -263,6 +314,9 @@ void ReferenceMotion::brake_from(double t) {
   r.brake_begin_s = t;
   r.brake_duration_s = std::min(braking_time(r.v), room_time(r.q, r.v));
   r.brakes = r.brake_duration_s > 0.0;
+  // The set-points of braking end torque mode; at rest this one does.
+  if (!r.brakes && kinematics_.torque_mode())
+    kinematics_.set_point(t, step_s_, r.q.data(), JointArray{}.data());
 }
 
 void ReferenceMotion::continue_braking(double t) {
@@ -297,6 +351,7 @@ void ReferenceMotion::save(StateWriter& out) const {
   const State& r = state_;
   put(r.now), put(r.later);
   out.put(r.streams), out.put(r.newest_s), out.put(r.period_s);
+  out.put(std::span<const double>(r.torques)), out.put(r.at_a_limit);
   out.put(r.brakes), out.put(r.brake_begin_s), out.put(r.brake_duration_s);
   out.put(std::span<const double>(r.q)), out.put(std::span<const double>(r.v));
 }
@@ -335,6 +390,8 @@ void ReferenceMotion::load(StateReader& in) {
   r.streams = in.flag("'gets set-points'");
   r.newest_s = in.number("the time of a set-point");
   r.period_s = in.number("the period of a set-point");
+  in.numbers(r.torques, "a torque");
+  r.at_a_limit = in.flag("'brakes at a limit'");
   r.brakes = in.flag("'brakes'");
   r.brake_begin_s = in.number("the time of braking");
   r.brake_duration_s = in.number(r.brakes ? 1e-12 : 0.0, kLongestTime_s, "the duration of braking");

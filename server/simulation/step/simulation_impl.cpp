@@ -95,6 +95,8 @@ void Simulation::Impl::start() {
   for (ReferenceMotion& motion : reference_motions) motion.reset();
   motion_notices.clear();
   refused.assign(model->robots.size(), 0);
+  torques_refused.assign(model->robots.size(), 0);
+  torques_before.assign(model->robots.size(), std::nullopt);
   plant.allow_motion(true);
   plant.set_speed_override(1.0);
   motion_is_current = false;
@@ -191,8 +193,15 @@ void Simulation::Impl::apply(const JointCommand& command) {
             " s is not a finite number; the last accepted state is kept.";
     return;
   }
-  if (refuses(robot, false)) return;
-  reference_motions[robot].apply(command, time(), step_index);
+  if (refuses(robot, false) || (command.torque_mode && refuses_torques(robot))) return;
+  if (command.torque_mode) {
+    const std::span<const double> x = plant.segment(robot);
+    const auto joints = static_cast<std::size_t>(plant.dynamic(robot)->joint_count());
+    reference_motions[robot].apply_torques(command, time(), step_index, x.data(), x.data() + joints);
+  } else {
+    reference_motions[robot].apply(command, time(), step_index);
+  }
+  torques_refused[robot] = 0;
   robot_commands[robot].note(command.stamp);
 }
 
@@ -415,6 +424,7 @@ bool Simulation::Impl::step(std::span<const Command> commands) {
   plant.set_time(time());
   // 1 apply commands and wires
   motion_notices.clear();
+  follow_torques();
   for (const Command& command : commands) {
     std::visit([this](const auto& c) { apply(c); }, command);
   }
@@ -428,6 +438,7 @@ bool Simulation::Impl::step(std::span<const Command> commands) {
     if (!plant.motion_allowed()) motion.stop(time(), step_index);
     motion.advance(time(), step_index, watch_deadlines, plant.speed_override());
   }
+  set_torques();
   decide();
   // 2 update connections
   const auto now = [this] { return clock != nullptr ? clock() : 0.0; };

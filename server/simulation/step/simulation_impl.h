@@ -59,6 +59,12 @@ struct Simulation::Impl {
   void apply(const JointCommand& command);
   /// A safety device stops the cell: a notice, at each command or at the first of a stop.
   bool refuses(std::size_t robot, bool each_time);
+  /// The robot has no drives that take torques; a notice, at the first of a row of commands.
+  bool refuses_torques(std::size_t robot);
+  /// Torque mode, ahead of the commands of a step: the references follow their robots.
+  void follow_torques();
+  /// After them: the torques of the step. Drives that leave torque mode go on with those they had.
+  void set_torques();
   void apply(const GripperCommand& command);
   void apply(const TrajectoryCommand& command);
   void apply(const DeviceCommand& command);
@@ -169,6 +175,8 @@ struct Simulation::Impl {
   std::vector<MotionNotice> motion_notices;        ///< of the most recent step
   std::vector<ReferenceMotion> reference_motions;  ///< by robot
   std::vector<char> refused;                       ///< by robot: a command was refused in this stop
+  std::vector<char> torques_refused;               ///< by robot: the last command, which was one of torques
+  std::vector<std::optional<JointArray>> torques_before;  ///< by robot in torque mode: in the last step
   bool watch_deadlines = false;
   std::vector<int> process_levels;  ///< at present
   std::vector<ConnectionChange> changes;
