@@ -44,7 +44,7 @@ class CellWriter {
   CellWriter(const Product& product, const Hierarchy& numbers, const std::filesystem::path& directory);
   ~CellWriter();
 
-  /// One sentence for the head and the notes of all cells that are written from then on.
+  /// Adds a sentence to the head and the notes of each cell that is written after this call.
   void add_note(const std::string& note);
   /// NAME.yaml.
   CellFiles write_cell(const Disassembly& plan);

@@ -47,9 +47,9 @@ std::vector<std::optional<BodyInertia>> urdf_shape_inertias(const UrdfArm& arm, 
         robot.file.string() +
         ": found no <collision> or <visual> with a volume in any link without <inertial>; the robot's key "
         "mass_kg needs their shapes");
+  const double density_kg_per_m3 = mass_kg / volume_m3;
   for (std::optional<BodyInertia>& inertia : result) {
     if (!inertia) continue;
-    const double density_kg_per_m3 = mass_kg / volume_m3;
     inertia->mass_kg *= density_kg_per_m3;
     inertia->I_BBcm_B *= density_kg_per_m3;
   }

@@ -5,27 +5,18 @@
 #include <array>
 #include <charconv>
 #include <cstdint>
-#include <cstdio>
-#include <fstream>
-#include <iterator>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
 
 #include "idl/common/atomic_file.h"
-#include "server/geometry/mesh/content_hash.h"
+#include "server/geometry/mesh/cache_entry.h"
 
 namespace takt {
 namespace {
 
 constexpr std::string_view kFormat = "takt convex parts 2";
 constexpr std::uintmax_t kLargestEntry = 256U << 20;  // more than 1024 parts of 1024 vertices
-
-std::string checksum(std::string_view text) {
-  ContentHash hash;
-  hash.add(text);
-  return hash.text();
-}
 
 void append_number(std::string& text, double value) {
   std::array<char, 32> digits{};
@@ -129,14 +120,8 @@ std::filesystem::path DecompositionCache::file_of(const std::string& key) const 
 
 std::optional<std::vector<ConvexShape>> DecompositionCache::find(const std::string& key) const {
   if (directory_.empty()) return std::nullopt;
-  const std::filesystem::path file = file_of(key);
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(file, error)) return std::nullopt;
-  const std::uintmax_t size = std::filesystem::file_size(file, error);
-  if (error || size > kLargestEntry) return std::nullopt;
-  std::ifstream stream(file, std::ios::binary);
-  const std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-  return from_text(key, text);
+  const auto text = read_cache_entry(file_of(key), kLargestEntry);
+  return text ? from_text(key, *text) : std::nullopt;
 }
 
 bool DecompositionCache::store(const std::string& key, const std::vector<ConvexShape>& shapes) const {

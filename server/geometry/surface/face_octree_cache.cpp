@@ -1,14 +1,12 @@
 #include "server/geometry/surface/face_octree_cache.h"
 
 #include <algorithm>
-#include <fstream>
-#include <iterator>
 #include <string_view>
 #include <system_error>
 #include <vector>
 
 #include "idl/common/atomic_file.h"
-#include "server/geometry/mesh/content_hash.h"
+#include "server/geometry/mesh/cache_entry.h"
 #include "server/geometry/surface/contact_surface_data.h"
 
 namespace takt {
@@ -17,12 +15,6 @@ namespace {
 /// Changes with the members of FaceOctree, and with what its construction puts into them.
 constexpr std::string_view kFormat = "takt face octree 1\n";
 constexpr std::string_view kExtension = ".octree";
-
-std::string checksum(std::string_view bytes) {
-  ContentHash hash;
-  hash.add(bytes);
-  return hash.text();
-}
 
 bool take(std::string_view& bytes, std::string_view expected) {
   if (!bytes.starts_with(expected)) return false;
@@ -47,18 +39,14 @@ std::optional<FaceOctree> FaceOctreeCache::find(const std::string& key, std::siz
                                                 std::size_t patches) const {
   if (directory_.empty()) return std::nullopt;
   const std::filesystem::path file = file_of(key);
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(file, error)) return std::nullopt;
-  const std::uintmax_t size = std::filesystem::file_size(file, error);
-  if (error || size > most_bytes_) return std::nullopt;
-  std::string entry(static_cast<std::size_t>(size), '\0');
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream.read(entry.data(), static_cast<std::streamsize>(entry.size()))) return std::nullopt;
-  std::string_view bytes = entry;
+  const auto entry = read_cache_entry(file, most_bytes_);
+  if (!entry) return std::nullopt;
+  std::string_view bytes = *entry;
   if (!take(bytes, kFormat) || !take(bytes, key)) return std::nullopt;
   const std::size_t digits = key.size();
   if (bytes.size() < digits || bytes.substr(0, digits) != checksum(bytes.substr(digits))) return std::nullopt;
   std::optional<FaceOctree> octree = FaceOctree::from_bytes(bytes.substr(digits), faces, patches);
+  std::error_code error;  // the entry is good, even if its use cannot be noted
   if (octree) std::filesystem::last_write_time(file, std::filesystem::file_time_type::clock::now(), error);
   return octree;
 }

@@ -1,10 +1,14 @@
 #pragma once
-// Names of cache entries: a hash of all that an entry is made from.
+// Entries of caches: their names, a hash of all that an entry is made from, and their files.
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -54,5 +58,24 @@ class ContentHash {
   static constexpr std::array<std::uint64_t, 2> kFactors{0xBF58476D1CE4E5B9ULL, 0xFF51AFD7ED558CCDULL};
   std::array<std::uint64_t, 2> state_ = kSeeds;
 };
+
+inline std::string checksum(std::string_view bytes) {
+  ContentHash hash;
+  hash.add(bytes);
+  return hash.text();
+}
+
+/// All bytes of a regular file; std::nullopt if there is none, it is larger than `most_bytes`, or it cannot be read.
+inline std::optional<std::string> read_cache_entry(const std::filesystem::path& file,
+                                                   std::uintmax_t most_bytes) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error)) return std::nullopt;
+  const std::uintmax_t size = std::filesystem::file_size(file, error);
+  if (error || size > most_bytes) return std::nullopt;
+  std::string bytes(static_cast<std::size_t>(size), '\0');
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size()))) return std::nullopt;
+  return bytes;
+}
 
 }  // namespace takt
