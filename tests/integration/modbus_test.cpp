@@ -260,14 +260,14 @@ TEST(ModbusPeers, MbpollReadsAndWrites) {
 }
 
 void node_peer(const std::string& package) {
-  const char* path = std::getenv("NODE_PATH");
-  if (!exists("/usr/bin/node") || path == nullptr || !exists(std::string(path) + "/" + package))
-    GTEST_SKIP() << "needs npm's " << package << ": npm install --ignore-scripts " << package
-                 << ", and NODE_PATH with its folder node_modules";
+  const std::string modules = std::string(TAKT_BIN_DIR) + "/../tests/web/node_modules";
+  if (!exists(modules + "/" + package))
+    GTEST_SKIP() << "needs npm's " << package << ", which the target takt_web_tests installs";
   Cell cell;
   ChildProcess gateway(cell.gateway(server_mapping(cell, cell.client().state()), {"--start"}));
   ASSERT_TRUE(gateway.wait_for_output("Listens")) << gateway.text;
-  ChildProcess peer({"/usr/bin/node", kPrograms + "modbus_node.js", std::to_string(test_port()), package});
+  ChildProcess peer({"/usr/bin/env", "NODE_PATH=" + modules, "node", kPrograms + "modbus_node.js",
+                     std::to_string(test_port()), package});
   EXPECT_EQ(peer.wait(), 0) << peer.text;
   const nlohmann::json result = result_of(peer);
   EXPECT_EQ(result["coil"], true) << peer.text;

@@ -1,4 +1,4 @@
-// Clients of npm against takt-modbus: modbus_node.js PORT modbus-serial|jsmodbus. NODE_PATH has the packages. Prints JSON.
+// Clients of npm against takt-modbus: modbus_node.js PORT modbus-serial|jsmodbus. Prints JSON.
 'use strict';
 const net = require('net');
 const [port, name] = [Number(process.argv[2]), process.argv[3]];
