@@ -47,10 +47,36 @@ def test_direct_torque_lasts_a_cycle_and_the_robot_brakes_without_it(dynamic, op
     client = Rtde(opened, ports[0])
     begin = client.wait(lambda s: s["runtime_state"] == 1)
     primary = opened(socket.create_connection(("127.0.0.1", ports[1]), timeout=PATIENCE_S))
-    primary.sendall(b"def swing():\n  i = 0\n  while i < 150:\n    direct_torque([-40, 0, 0, 0, 0, 0], friction_comp=False)\n"
+    primary.sendall(b"def swing():\n  i = 0\n  while i < 150:\n    direct_torque([-15, 0, 0, 0, 0, 0], friction_comp=False)\n"
                     b"    i = i + 1\n  end\n  sleep(0.5)\nend\n")
     client.wait(lambda s: s["runtime_state"] == 2)
     end = client.wait(lambda s: s["runtime_state"] == 1)
     assert end["actual_q"][0] < begin["actual_q"][0] - 0.02
     later = client.wait(lambda s: s["timestamp"] > end["timestamp"] + 0.3)
     assert later["actual_q"] == pytest.approx(end["actual_q"], abs=1e-3)
+
+
+def test_torques_beyond_a_limit_are_a_protective_stop(dynamic, opened):
+    _, ports, _ = dynamic
+    client = Rtde(opened, ports[0])
+    client.wait(lambda s: s["runtime_state"] == 1)
+    dashboard = opened(socket.create_connection(("127.0.0.1", ports[4]), timeout=PATIENCE_S)).makefile("rw")
+    assert dashboard.readline().startswith("Connected")
+
+    def ask(command):
+        dashboard.write(command + "\n")
+        dashboard.flush()
+        return dashboard.readline().rstrip("\n")
+
+    assert ask("safetystatus") == "Safetystatus: NORMAL"
+    primary = opened(socket.create_connection(("127.0.0.1", ports[1]), timeout=PATIENCE_S))
+    primary.sendall(b"def race():\n  while True:\n    direct_torque([300, 0, 0, 0, 0, 0], friction_comp=False)\n  end\nend\n")
+    client.wait(lambda s: s["runtime_state"] == 2)
+    client.wait(lambda s: ask("safetystatus") == "Safetystatus: PROTECTIVE_STOP")
+    stopped = client.wait(lambda s: True)
+    stands = client.wait(lambda s: s["timestamp"] > stopped["timestamp"] + 2.0)
+    later = client.wait(lambda s: s["timestamp"] > stands["timestamp"] + 0.3)
+    assert later["actual_q"] == pytest.approx(stands["actual_q"], abs=1e-4), "it brakes, and takes no torques"
+    assert ask("stop") == "Stopped"
+    assert "releasing" in ask("unlock protective stop")
+    assert ask("safetystatus") == "Safetystatus: NORMAL"

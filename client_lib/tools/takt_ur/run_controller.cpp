@@ -40,6 +40,13 @@ void report_ports(const std::string& name, const UrMapping& mapping) {
                             mapping.version + ".");
 }
 
+/// As the controller of a real robot, which stops where torques would leave the limits.
+void stop_at_limits(const Client& client, UrController& controller) {
+  while (const auto event = client.wait_for(topics::event, Seconds{0.0}))
+    if (event->code == "torques_ended" && event->subject == controller.mapping().robot.robot)
+      controller.protective_stop("torques would take a joint out of its limits");
+}
+
 /// The cell at the boundaries of a LockstepController.
 class LockstepCell final : public gateway::RobotCell, gateway::CommandSink {
  public:
@@ -126,6 +133,7 @@ int run_controller(const GatewayRun& options) {
     }
     link.show(servers.peer(offset));
     // A client gets the newest package of cycles that are made up for, as from a controller short of time.
+    stop_at_limits(client, controller);
     for (; late > 0; --late) {
       controller.advance();
       servers.publish();
@@ -184,6 +192,7 @@ int run_lockstep(const GatewayRun& options) {
     while (!loop.stopped()) {
       reporter.set(servers.peer(0));
       const double time_s = cell.state()->time - begin_s;
+      stop_at_limits(client, controller);
       while (UrController::kCycle_s * static_cast<double>(controller.cycle() + 1) <= time_s + kRounding_s) {
         controller.advance();
         if (servers.publish()) wait_for_driver();
