@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <ostream>
 
@@ -13,10 +14,26 @@ namespace takt {
 namespace {
 
 /// An axis between two ends with round numbers.
-struct Axis {
-  double lower = 0.0, upper = 1.0, step = 1.0;
+class Axis {
+ public:
+  struct Tick {
+    double part;  ///< of the axis
+    std::string text;
+  };
 
-  Axis(double least, double most) {
+  Axis(double least, double most, bool logarithmic) : logarithmic_(logarithmic) {
+    if (logarithmic)
+      make_decades(least, most);
+    else
+      make_steps(least, most);
+  }
+  double part(double value) const {
+    return ((logarithmic_ ? std::log10(value) : value) - lower_) / (upper_ - lower_);
+  }
+  const std::vector<Tick>& ticks() const { return ticks_; }
+
+ private:
+  void make_steps(double least, double most) {
     if (!(most > least)) {
       const double room = least != 0.0 ? 0.1 * std::abs(least) : 1.0;
       least -= room;
@@ -24,13 +41,41 @@ struct Axis {
     }
     const double raw = (most - least) / 5.0;
     const double power = std::pow(10.0, std::floor(std::log10(raw)));
-    step = power;
+    double step = power;
     for (const double factor : {2.0, 5.0, 10.0})
       if (step < raw) step = factor * power;
-    lower = step * std::floor(least / step + 1e-9);
-    upper = step * std::ceil(most / step - 1e-9);
+    lower_ = step * std::floor(least / step + 1e-9);
+    upper_ = step * std::ceil(most / step - 1e-9);
+    for (double v = lower_; v <= upper_ + 1e-9 * step; v += step)
+      ticks_.push_back({part(v), number_text(std::abs(v) < 1e-9 * step ? 0.0 : v, 6)});
   }
-  double part(double value) const { return (value - lower) / (upper - lower); }
+
+  /// Ticks at 1, 2 and 5 times powers of ten, or at powers alone where these are many.
+  void make_decades(double least, double most) {
+    constexpr std::array<double, 3> kTicks{1.0, 2.0, 5.0};
+    const int first = static_cast<int>(std::floor(std::log10(least))),
+              last = static_cast<int>(std::floor(std::log10(most))) + 1;
+    std::vector<double> values;
+    for (int decade = first; decade <= last; ++decade)
+      for (const double tick : kTicks) values.push_back(tick * std::pow(10.0, decade));
+    // The ticks just outside of the ends.
+    constexpr double kSame = 1.0 + 1e-9;
+    const auto begin = std::prev(std::upper_bound(values.begin(), values.end(), least * kSame));
+    auto end = std::lower_bound(values.begin(), values.end(), most / kSame);
+    if (end <= begin) end = std::next(begin);
+    lower_ = std::log10(*begin), upper_ = std::log10(*end);
+    const double every = std::max(1.0, std::ceil((upper_ - lower_) / 7.0));
+    for (auto value = begin; value <= end; ++value) {
+      const double exponent = std::log10(*value), power = std::round(exponent);
+      const bool whole = std::abs(exponent - power) < 1e-6;
+      if (upper_ - lower_ > 2.0 && (!whole || std::remainder(power, every) != 0.0)) continue;
+      ticks_.push_back({part(*value), number_text(*value, 6)});
+    }
+  }
+
+  bool logarithmic_;
+  double lower_ = 0.0, upper_ = 1.0;
+  std::vector<Tick> ticks_;
 };
 
 constexpr double kLeft = 90.0, kRight = 170.0, kTop = 40.0, kBottom = 60.0;
@@ -62,15 +107,20 @@ void begin_svg(std::ostream& out, double width, double height) {
 }
 
 void write_svg(std::ostream& out, const Plot& plot) {
+  const auto drawn = [&](const std::pair<double, double>& p) {
+    return !plot.logarithmic || (p.first > 0.0 && p.second > 0.0);
+  };
   double x_lower = std::numeric_limits<double>::infinity(), x_upper = -x_lower;
   double y_lower = x_lower, y_upper = -x_lower;
   for (const PlotLine& line : plot.lines)
-    for (const auto& [px, py] : line.points) {
+    for (const auto& point : line.points) {
+      if (!drawn(point)) continue;
+      const auto& [px, py] = point;
       x_lower = std::min(x_lower, px), x_upper = std::max(x_upper, px);
       y_lower = std::min(y_lower, py), y_upper = std::max(y_upper, py);
     }
-  if (!(x_lower <= x_upper)) x_lower = y_lower = 0.0, x_upper = y_upper = 1.0;
-  const Axis across(x_lower, x_upper), up(y_lower, y_upper);
+  if (!(x_lower <= x_upper)) x_lower = y_lower = plot.logarithmic ? 0.1 : 0.0, x_upper = y_upper = 1.0;
+  const Axis across(x_lower, x_upper, plot.logarithmic), up(y_lower, y_upper, plot.logarithmic);
   const double w = plot.width - kLeft - kRight, h = plot.height - kTop - kBottom;
   const auto at_x = [&](double value) { return kLeft + w * across.part(value); };
   const auto at_y = [&](double value) { return kTop + h * (1.0 - up.part(value)); };
@@ -78,16 +128,18 @@ void write_svg(std::ostream& out, const Plot& plot) {
   begin_svg(out, plot.width, plot.height);
   out << "<rect class=\"paper\" width=\"100%\" height=\"100%\" fill=\"white\"/>\n"
       << "<text x=\"" << kLeft << "\" y=\"24\" font-size=\"15\">" << xml_escaped(plot.title) << "</text>\n";
-  for (double v = across.lower; v <= across.upper + 1e-9 * across.step; v += across.step)
-    out << "<path d=\"M" << place(at_x(v)) << ' ' << kTop << " V" << kTop + h
-        << "\" stroke=\"#888\" stroke-opacity=\"0.3\"/><text text-anchor=\"middle\" x=\"" << place(at_x(v))
-        << "\" y=\"" << kTop + h + 18 << "\">" << number_text(std::abs(v) < 1e-9 * across.step ? 0.0 : v, 6)
-        << "</text>\n";
-  for (double v = up.lower; v <= up.upper + 1e-9 * up.step; v += up.step)
-    out << "<path d=\"M" << kLeft << ' ' << place(at_y(v)) << " H" << kLeft + w
+  for (const Axis::Tick& tick : across.ticks()) {
+    const std::string x = place(kLeft + w * tick.part);
+    out << "<path d=\"M" << x << ' ' << kTop << " V" << kTop + h
+        << "\" stroke=\"#888\" stroke-opacity=\"0.3\"/><text text-anchor=\"middle\" x=\"" << x << "\" y=\""
+        << kTop + h + 18 << "\">" << tick.text << "</text>\n";
+  }
+  for (const Axis::Tick& tick : up.ticks()) {
+    const double y = kTop + h * (1.0 - tick.part);
+    out << "<path d=\"M" << kLeft << ' ' << place(y) << " H" << kLeft + w
         << "\" stroke=\"#888\" stroke-opacity=\"0.3\"/><text text-anchor=\"end\" x=\"" << kLeft - 6
-        << "\" y=\"" << place(at_y(v) + 4) << "\">" << number_text(std::abs(v) < 1e-9 * up.step ? 0.0 : v, 6)
-        << "</text>\n";
+        << "\" y=\"" << place(y + 4) << "\">" << tick.text << "</text>\n";
+  }
   out << "<text text-anchor=\"middle\" x=\"" << kLeft + w / 2 << "\" y=\"" << plot.height - 14 << "\">"
       << xml_escaped(plot.x) << "</text>\n<text text-anchor=\"middle\" transform=\"translate(18 "
       << kTop + h / 2 << ") rotate(-90)\">" << xml_escaped(plot.y) << "</text>\n";
@@ -100,12 +152,14 @@ void write_svg(std::ostream& out, const Plot& plot) {
     out << "<g class=\"c" << l % kColors.size() << "\" color=\"" << kColors[l % kColors.size()]
         << "\">\n<polyline fill=\"none\" stroke-width=\"1.5\" stroke=\"currentColor\" stroke-dasharray=\""
         << kDashes[l / kColors.size() % kDashes.size()] << "\" points=\"";
-    for (const auto& [px, py] : points) out << place(at_x(px)) << ',' << place(at_y(py)) << ' ';
+    for (const auto& point : points)
+      if (drawn(point)) out << place(at_x(point.first)) << ',' << place(at_y(point.second)) << ' ';
     out << "\"/>\n";
     if (plot.markers)
-      for (const auto& [px, py] : points)
-        out << "<circle r=\"2.5\" fill=\"currentColor\" cx=\"" << place(at_x(px)) << "\" cy=\""
-            << place(at_y(py)) << "\"/>\n";
+      for (const auto& point : points)
+        if (drawn(point))
+          out << "<circle r=\"2.5\" fill=\"currentColor\" cx=\"" << place(at_x(point.first)) << "\" cy=\""
+              << place(at_y(point.second)) << "\"/>\n";
     if (!name.empty() && l < kMaxNames)
       out << "<text fill=\"currentColor\" x=\"" << kLeft + w + 12 << "\" y=\""
           << kTop + 16.0 * static_cast<double>(l + 1) << "\">" << xml_escaped(name) << "</text>\n";

@@ -18,6 +18,7 @@ struct Plot {
   std::vector<PlotLine> lines;
   bool markers = false;  ///< a circle at each point
   double width = 720.0, height = 440.0;
+  bool logarithmic = false;  ///< both axes; points that are not positive are left out
 };
 
 void write_svg(std::ostream& out, const Plot& plot);

@@ -144,6 +144,41 @@ void write_resolution(std::ostream& out, const Json& resolution, const std::stri
                text_of(run["error_order"])});
 }
 
+/// The error of each run over its size: against an exact reference, else against the extrapolated result. A line has the formal
+/// order, or else the observed one.
+void write_convergence(std::ostream& out, const Json& resolution, const Json& scene) {
+  const bool exact = scene["reference"]["kind"] == "exact";
+  const Json& truth = exact ? scene["comparison"]["reference"] : resolution["extrapolated"];
+  if (!truth.is_number()) return;
+  PlotLine errors{"runs", {}};
+  for (const Json& run : resolution["runs"])
+    if (const double error = std::abs(run["value"].get<double>() - truth.get<double>()); error > 0.0)
+      errors.points.emplace_back(run["size"].get<double>(), error);
+  if (errors.points.size() < 2) return;
+  std::sort(errors.points.begin(), errors.points.end());
+  const Json& key = resolution["key"];
+  Plot plot;
+  plot.title = "Convergence";
+  plot.x = key.is_null() ? "size (1)" : text_of(key);
+  plot.y = std::string("error against the ") + (exact ? "reference" : "extrapolated result") + " (" +
+           text_of(scene["unit"]) + ")";
+  plot.lines = {errors};
+  plot.markers = plot.logarithmic = true;
+  plot.width = 620.0, plot.height = 340.0;
+  const Json& formal = resolution["formal_order"];
+  const Json& order = formal.is_number() ? formal : resolution["observed_order"];
+  if (order.is_number()) {
+    const auto [x, y] = errors.points.front();
+    const double last = errors.points.back().first;
+    plot.lines.push_back({std::string(formal.is_number() ? "formal" : "observed") + " order " +
+                              number_text(order.get<double>(), 3),
+                          {{x, y}, {last, y * std::pow(last / x, order.get<double>())}}});
+  }
+  out << "<div class=\"scroll\">";
+  write_svg(out, plot);
+  out << "</div>\n";
+}
+
 void write_scene_page(std::ostream& out, const Json& scene) {
   const std::string unit = " (" + text_of(scene["unit"]) + ")";
   const Json &comparison = scene["comparison"], &inputs = scene["input_uncertainty"],
@@ -174,7 +209,10 @@ void write_scene_page(std::ostream& out, const Json& scene) {
                text_of(comparison["u_reference"]), text_of(comparison["u_val"]), digits(from, count),
                digits(to, count)});
   }
-  for (const Json& resolution : scene["resolutions"]) write_resolution(out, resolution, unit);
+  for (const Json& resolution : scene["resolutions"]) {
+    write_resolution(out, resolution, unit);
+    write_convergence(out, resolution, scene);
+  }
   if (!inputs["inputs"].empty()) {
     HtmlTable table(out, {"input", "value #", "standard uncertainty #", "contribution" + unit});
     for (const Json& input : inputs["inputs"])

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <sstream>
 
 #include "idl/common/text.h"
@@ -290,6 +291,26 @@ TEST_F(VerificationReport, ThePageHasTheDigitsThatSeparateAResultFromItsLimits) 
   for (const double limit : {kAngle - 1e-7, kAngle + 1e-7})
     EXPECT_THAT(page.str(), HasSubstr(number_text(limit, 10)));
   EXPECT_THAT(page.str(), HasSubstr("1 of 2 scenes are good. 1 scene was not run."));
+}
+
+TEST_F(VerificationReport, ThePicturedErrorsLieOnTheLineOfTheFormalOrder) {
+  std::ostringstream page;
+  write_verification_page(page, verification_json(run(scene(kAngle))));
+  const std::string text = page.str(), number = "([0-9.]+)";
+  const auto all = [](const std::string& in, const std::string& pattern) {
+    const std::regex regex(pattern);
+    std::vector<std::pair<double, double>> found;
+    for (std::sregex_iterator it(in.begin(), in.end(), regex), end; it != end; ++it)
+      found.emplace_back(std::stod((*it)[1]), std::stod((*it)[2]));
+    return found;
+  };
+  const auto runs = all(text, "<circle [^>]*cx=\"" + number + "\" cy=\"" + number + "\"");
+  ASSERT_EQ(runs.size(), 5U) << "three runs, and the ends of the line";
+  EXPECT_THAT(text, HasSubstr("formal order 4"));
+  EXPECT_NEAR(runs[0].second, runs[3].second, 0.1) << "the line begins at the finest run";
+  EXPECT_NEAR(runs[2].first, runs[4].first, 0.1);
+  EXPECT_NEAR(runs[2].second, runs[4].second, 15.0) << "of 240: two decades and a half";
+  EXPECT_GT(runs[0].second - runs[2].second, 150.0);
 }
 
 TEST_F(VerificationReport, PureNumbersHaveNoUnit) {
