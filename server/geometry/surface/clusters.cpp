@@ -2,13 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 namespace takt {
 namespace {
 
 using Data = ContactSurface::Data;
-using Place = std::vector<std::uint32_t>::iterator;
+/// An element, together in memory: the order of elements changes again and again.
+struct Element {
+  Vec3 p_B, normal_B;
+  std::uint32_t index;
+};
+using Place = std::vector<Element>::iterator;
 
 /// Largest number of elements of a leaf: exactly flat, flat up to a cosine, any other.
 constexpr std::ptrdiff_t kLeaf = 64, kCurvedLeaf = 32, kSmall = 4;
@@ -19,8 +23,10 @@ constexpr double kNormalWeight = 8.0;
 
 class Builder {
  public:
-  explicit Builder(Data& data) : data_(data), order_(data.element_count()) {
-    std::iota(order_.begin(), order_.end(), 0U);
+  explicit Builder(Data& data) : data_(data), normal_weight_m_(kNormalWeight * data.radius_m) {
+    order_.reserve(data.element_count());
+    for (std::uint32_t i = 0; i < data.element_count(); ++i)
+      order_.push_back({data.point(i), data.normal(i), i});
   }
 
   void build() {
@@ -28,7 +34,7 @@ class Builder {
     if (!order_.empty()) divide(order_.begin(), order_.end());
     const auto reorder = [this](auto& values) {
       auto old = values;
-      for (std::size_t i = 0; i < order_.size(); ++i) values[i] = old[order_[i]];
+      for (std::size_t i = 0; i < order_.size(); ++i) values[i] = old[order_[i].index];
     };
     for (auto* values : {&data_.px, &data_.py, &data_.pz, &data_.nx, &data_.ny, &data_.nz, &data_.area_m2})
       reorder(*values);
@@ -43,14 +49,14 @@ class Builder {
     c.end = static_cast<std::uint32_t>(end - order_.begin());
     const auto count = static_cast<double>(end - begin);
     Vec3 normal = Vec3::Zero(), middle = Vec3::Zero();
-    for (auto it = begin; it != end; ++it) normal += data_.normal(*it), middle += data_.point(*it);
+    for (auto it = begin; it != end; ++it) normal += it->normal_B, middle += it->p_B;
     middle /= count;
     if (normal.norm() > 0.5 * count) {
       const Vec3 z = normal.normalized();
       Vec3 x = z.unitOrthogonal(), y = z.cross(x);
       double xx = 0.0, yy = 0.0, xy = 0.0;
       for (auto it = begin; it != end; ++it) {
-        const Vec3 d = data_.point(*it) - middle;
+        const Vec3 d = it->p_B - middle;
         const double a = d.dot(x), b = d.dot(y);
         xx += a * a, yy += b * b, xy += a * b;
       }
@@ -60,11 +66,11 @@ class Builder {
       c.axes_B.col(1) = z.cross(along);
       c.axes_B.col(2) = z;
       c.cone_cos = 1.0;
-      for (auto it = begin; it != end; ++it) c.cone_cos = std::min(c.cone_cos, z.dot(data_.normal(*it)));
+      for (auto it = begin; it != end; ++it) c.cone_cos = std::min(c.cone_cos, z.dot(it->normal_B));
     }
     Vec3 lower = Vec3::Constant(INFINITY), upper = -lower;
     for (auto it = begin; it != end; ++it) {
-      const Vec3 p = c.axes_B.transpose() * data_.point(*it);
+      const Vec3 p = c.axes_B.transpose() * it->p_B;
       lower = lower.cwiseMin(p), upper = upper.cwiseMax(p);
     }
     c.center_B = c.axes_B * (0.5 * (lower + upper));
@@ -80,26 +86,27 @@ class Builder {
     if (end - begin <= (cosine >= kFlat ? kLeaf : cosine >= kCurved ? kCurvedLeaf : kSmall))
       return static_cast<std::int32_t>(index);
     // The widest of six coordinates: position and normal.
-    const auto value = [this](std::uint32_t e, int axis) {
-      return axis < 3 ? data_.point(e)[axis] : kNormalWeight * data_.radius_m * data_.normal(e)[axis - 3];
-    };
-    int widest = 0;
-    double width = -1.0, low = 0.0;
-    for (int axis = 0; axis < 6; ++axis) {
-      double least = INFINITY, most = -INFINITY;
-      for (auto it = begin; it != end; ++it)
-        least = std::min(least, value(*it, axis)), most = std::max(most, value(*it, axis));
-      if (most - least > width) width = most - least, widest = axis, low = least;
+    Eigen::Array<double, 6, 1> least = Eigen::Array<double, 6, 1>::Constant(INFINITY), most = -least;
+    for (auto it = begin; it != end; ++it) {
+      least.head<3>() = least.head<3>().min(it->p_B.array()),
+      most.head<3>() = most.head<3>().max(it->p_B.array());
+      least.tail<3>() = least.tail<3>().min(it->normal_B.array());
+      most.tail<3>() = most.tail<3>().max(it->normal_B.array());
     }
+    least.tail<3>() *= normal_weight_m_, most.tail<3>() *= normal_weight_m_;
+    int widest = 0;
+    const double width = (most - least).maxCoeff(&widest), low = least[widest];
+    const auto value = [&](const Element& e) {
+      return widest < 3 ? e.p_B[widest] : normal_weight_m_ * e.normal_B[widest - 3];
+    };
     Place middle = begin + (end - begin) / 2;
     if (widest >= 3)
-      middle =
-          std::partition(begin, end, [&](std::uint32_t e) { return value(e, widest) < low + 0.5 * width; });
+      middle = std::partition(begin, end, [&](const Element& e) { return value(e) < low + 0.5 * width; });
     if (widest < 3 || middle == begin || middle == end) {
       middle = begin + (end - begin) / 2;
-      std::nth_element(begin, middle, end, [&](std::uint32_t i, std::uint32_t k) {
-        const double a = value(i, widest), b = value(k, widest);
-        return a != b ? a < b : i < k;
+      std::nth_element(begin, middle, end, [&](const Element& i, const Element& k) {
+        const double a = value(i), b = value(k);
+        return a != b ? a < b : i.index < k.index;
       });
     }
     divide(begin, middle);
@@ -109,7 +116,8 @@ class Builder {
   }
 
   Data& data_;
-  std::vector<std::uint32_t> order_;
+  double normal_weight_m_;
+  std::vector<Element> order_;
 };
 
 }  // namespace
