@@ -21,7 +21,8 @@ struct RobotPower {
   std::array<double, kMaxJoints> mechanical_W{};  ///< per joint: torque of the drive times joint velocity
   double mechanical_total_W = 0.0;
   double electrical_W = 0.0;
-  double mechanical_energy_J = 0.0, electrical_energy_J = 0.0;  ///< integrated as states
+  double mechanical_energy_J = 0.0;
+  double electrical_energy_J = 0.0;  ///< the sum over communication steps of what each axis takes in one
 };
 
 /// Electrical power of one axis without a motor model (W), idle power not included.

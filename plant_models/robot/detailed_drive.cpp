@@ -103,7 +103,6 @@ void DetailedDrive::initial_state(const JointReference& reference, double tau, d
 DriveOutput DetailedDrive::output(const JointReference&, double, double qd, const double* z) const {
   const DetailedDriveParameters& p = parameters_;
   DriveOutput output;
-  output.has_motor = true;
   output.electrical_power_W = -p.power_stage_gain * z[current_controller] * z[current];
   if (p.elastic_gear) {
     output.torque = -p.gear_ratio * spring_torque(qd, z);

@@ -55,6 +55,7 @@ class DetailedDrive final : public Drive {
   explicit DetailedDrive(const DetailedDriveParameters& parameters);
 
   int state_count() const override { return (parameters_.elastic_gear ? 5 : 3) + (has_modes() ? 1 : 0); }
+  bool has_motor() const override { return true; }
   double armature() const override;
   void initial_state(const JointReference& reference, double tau, double* z) const override;
   DriveOutput output(const JointReference& reference, double q, double qd, const double* z) const override;

@@ -37,7 +37,6 @@ struct DriveOutput {
   bool prescribes_acceleration = false;
   double acceleration = 0.0;  ///< rad/s^2
   double max_holding_torque = std::numeric_limits<double>::infinity();
-  bool has_motor = false;           ///< the drive models the electrical side
   double electrical_power_W = 0.0;  ///< u i of the motor
 };
 
@@ -85,6 +84,8 @@ class Drive {
   virtual int state_count() const = 0;  ///< at most DriveJacobian::kMaxStates
   /// True if the applied torque is that of the drive; else it acts on the joint besides the drive.
   virtual bool passes_applied_torque() const { return false; }
+  /// True if the drive models the electrical side: DriveOutput::electrical_power_W.
+  virtual bool has_motor() const { return false; }
   /// Inertia rigidly geared to the joint (kg m^2 or kg); constant.
   virtual double armature() const { return 0.0; }
   /// States in equilibrium with the motion `reference`. They give the joint torque `tau` in addition to

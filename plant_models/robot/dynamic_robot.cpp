@@ -103,7 +103,7 @@ DynamicRobot::Impl::Impl(const DynamicRobotParameters& parameters,
     patterns[i] = drives[i]->pattern();
     if (drives[i]->has_modes()) ++indicators;
   }
-  states += 2;
+  states += 1 + joints;
   gain_x.resize(static_cast<size_t>(states));
   yielding_x.resize(static_cast<size_t>(states));
 }
@@ -219,12 +219,6 @@ void DynamicRobot::Impl::solve(double t, const double* x, const CellMotion& moti
   for (size_t i = 0; i < static_cast<size_t>(joints); ++i) s.holding[i] += yield_torque[i];
 }
 
-double DynamicRobot::Impl::electrical_power(const RobotPowerParameters& power, const DriveOutput& output,
-                                            double mechanical) const {
-  return output.has_motor ? electrical_power_of_motor(power, output.electrical_power_W)
-                          : electrical_power_of_axis(power, mechanical);
-}
-
 DynamicRobot::DynamicRobot(const DynamicRobotParameters& parameters,
                            std::vector<std::unique_ptr<Drive>> drives, const KinematicRobot& reference,
                            std::vector<const ParallelGripper*> grippers)
@@ -322,7 +316,7 @@ void DynamicRobot::Impl::balance_drives(const JointArray& qdd, const JointArray&
     const double needed = tau[k] - tree.model().joints[k].armature * qdd[k] - besides_drive(i, applied[k]);
     drive(i).initial_state({x[i], x[joints + i], qdd[k], feed_forward, applied[k]}, needed, x + z_begin[k]);
   }
-  x[states - 2] = x[states - 1] = 0.0;
+  std::fill(x + states - 1 - joints, x + states, 0.0);
 }
 
 void DynamicRobot::write_motion(double, const double* x, CellMotion& motion) const {
@@ -364,7 +358,8 @@ void DynamicRobot::derivatives(double t, const double* x, const CellMotion& moti
   Impl::Solution& s = m.solution;
   m.solve(t, x, motion, wrenches, s);
   const int n = m.joints;
-  double mechanical = 0.0, electrical = parameters_.power.idle_W;
+  double mechanical = 0.0;
+  double* taken = xdot + energy_state() + 1;
   for (int i = 0; i < n; ++i) {
     const auto k = static_cast<size_t>(i);
     xdot[i] = x[n + i];
@@ -372,10 +367,9 @@ void DynamicRobot::derivatives(double t, const double* x, const CellMotion& moti
     m.drive(i).derivatives(s.reference[k], x[i], x[n + i], m.drive_states(x, i), xdot + m.z_begin[k]);
     const double power = s.torque(i, m.tree.model().joints[k].armature) * x[n + i];
     mechanical += power;
-    electrical += m.electrical_power(parameters_.power, s.output[k], power);
+    taken[i] = m.taken(i, s.output[k], power);
   }
-  xdot[m.states - 2] = mechanical;
-  xdot[m.states - 1] = electrical;
+  xdot[energy_state()] = mechanical;
 }
 
 void DynamicRobot::state_scales(double* scales) const {
@@ -386,7 +380,7 @@ void DynamicRobot::state_scales(double* scales) const {
     scales[i] = scales[m.joints + i] = in_metres ? 0.1 : 1.0;
     m.drive(i).state_scales(scales + m.z_begin[static_cast<size_t>(i)]);
   }
-  scales[m.states - 2] = scales[m.states - 1] = kNoErrorTest_J;
+  std::fill(scales + energy_state(), scales + m.states, kNoErrorTest_J);
 }
 
 double DynamicRobot::next_time_event(double t) const {

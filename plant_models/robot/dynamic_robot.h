@@ -3,8 +3,8 @@
 // the wrenches of its load.
 //
 // State segment, in this order: q (n), qd (n) of the arm's joints and then the jaws of its grippers (two
-// prismatic joints each, left and right), the states z of each drive in joint order, and the two energies of
-// the robot (mechanical work of the drives, electrical energy; J). Friction modes are part of z (drive.h), so
+// prismatic joints each, left and right), the states z of each drive in joint order, the mechanical work of
+// all drives, and the energy that each joint has taken from its supply before losses (n), in J. Friction modes are part of z (drive.h), so
 // the segment is the whole state of the robot.
 //
 // The KinematicRobot and the ParallelGrippers of LoD 1 generate the reference, so set-points, their
@@ -98,8 +98,7 @@ class DynamicRobot final : public PlantModel {
   /// Velocities of arm and jaws; servos prescribe theirs up to their torque limit. The energies' dependence
   /// on other states is omitted.
   std::unique_ptr<VelocityForm> make_velocity_form() const override;
-  /// The scale of the energies is so large that error tests ignore them: their derivatives have kinks when an
-  /// axis begins to brake, and no other state depends on them.
+  /// The scale of the energies is so large that error tests ignore them: no other state depends on them.
   void state_scales(double* scales) const override;
 
   /// Outputs of one instant (not for the right-hand side).
@@ -109,7 +108,7 @@ class DynamicRobot final : public PlantModel {
     std::array<DriveSample, kMaxJoints> drives{};
     Wrench flange_load_W;    ///< of gripper and load on the flange, about the flange origin, world axes
     Wrench base_reaction_W;  ///< on the foundation, about the base origin, world axes
-    RobotPower power;
+    RobotPower power;        ///< without electrical energy: electrical_energy_J()
   };
   Output output(double t, const double* x, const CellMotion& motion, std::span<const Wrench> wrenches) const;
 
@@ -121,9 +120,14 @@ class DynamicRobot final : public PlantModel {
   const DynamicRobotParameters& parameters() const { return parameters_; }
   int joint_count() const;  ///< arm and jaws
   const MultibodyTree& tree() const;
-  const Drive& drive(int joint) const;                    ///< jaws included
-  int drive_state(int joint) const;                       ///< place of its first state in the segment
-  int energy_state() const { return state_count() - 2; }  ///< mechanical, then electrical
+  const Drive& drive(int joint) const;  ///< jaws included
+  int drive_state(int joint) const;     ///< place of its first state in the segment
+  /// Place of the mechanical work of all drives; the energies of the joints follow.
+  int energy_state() const { return state_count() - 1 - joint_count(); }
+  /// Electrical energy (J) that the robot draws in a time h, from the states before and after it: a joint that
+  /// gives back more than it takes in this time is a braking axis (RobotPower). Power within it cancels: a
+  /// solver's noise does, as it does in the DC link of a drive.
+  double electrical_energy_J(double h, const double* before, const double* after) const;
 
  private:
   struct Impl;

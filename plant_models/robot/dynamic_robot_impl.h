@@ -45,8 +45,15 @@ struct DynamicRobot::Impl {
   /// Accelerations of the arm's joints per drive torque, or per prescribed acceleration of a drive, at x;
   /// cached for the last (t, x).
   const MultibodyTree::MassMatrix& arm_gain(double t, const double* x);
-  double electrical_power(const RobotPowerParameters& power, const DriveOutput& output,
-                          double mechanical) const;
+  /// Power that a joint takes from its supply, or gives back if negative, before losses: of its motor, else mechanical.
+  double taken(int joint, const DriveOutput& output, double mechanical_W) const {
+    return drive(joint).has_motor() ? output.electrical_power_W : mechanical_W;
+  }
+  /// The same as the supply sees it; power, or the energy of a while.
+  double supplied(const RobotPowerParameters& power, int joint, double taken) const {
+    return drive(joint).has_motor() ? electrical_power_of_motor(power, taken)
+                                    : electrical_power_of_axis(power, taken);
+  }
 
   const KinematicRobot& reference;
   std::vector<const ParallelGripper*> grippers;

@@ -188,8 +188,7 @@ class DynamicRobot::Linear final : public VelocityForm {
       r[i] = (r[i] + b_ * u[i]) / a_;
       r[n + i] = u[i];
     }
-    r[m_.states - 2] /= a_;
-    r[m_.states - 1] /= a_;
+    for (int i = m_.states - 1 - n; i < m_.states; ++i) r[i] /= a_;
   }
 
  private:

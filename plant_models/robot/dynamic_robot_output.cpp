@@ -19,10 +19,9 @@ DynamicRobot::Output DynamicRobot::output(double t, const double* x, const CellM
     const double power = output.torque[k] * x[n + i];
     output.power.mechanical_W[k] = power;
     output.power.mechanical_total_W += power;
-    output.power.electrical_W += m.electrical_power(parameters_.power, s.output[k], power);
+    output.power.electrical_W += m.supplied(parameters_.power, i, m.taken(i, s.output[k], power));
   }
-  output.power.mechanical_energy_J = x[m.states - 2];
-  output.power.electrical_energy_J = x[m.states - 1];
+  output.power.mechanical_energy_J = x[energy_state()];
 
   const Mat3& R_WR = m.X_WR.R;
   const Wrench base = m.tree.base_reaction(m.w);
@@ -58,6 +57,16 @@ DynamicRobot::Output DynamicRobot::output(double t, const double* x, const CellM
   }
   output.flange_load_W = {-(R_WR * on_gripper_R.f), -(R_WR * on_gripper_R.t)};
   return output;
+}
+
+double DynamicRobot::electrical_energy_J(double h, const double* before, const double* after) const {
+  const Impl& m = *impl_;
+  double energy_J = parameters_.power.idle_W * h;
+  for (int i = 0; i < m.joints; ++i) {
+    const int state = energy_state() + 1 + i;
+    energy_J += m.supplied(parameters_.power, i, after[state] - before[state]);
+  }
+  return energy_J;
 }
 
 // The mass matrix is at least J^T m J + A, with m the inertia of the last link with its palms, J its Jacobian

@@ -134,6 +134,21 @@ TEST(BlockContact, TheAssemblyEndsAtItsPlacesByTheLinearlyImplicitMethod) {
   expect_held_and_near(r, 5e-4);
 }
 
+// Noise of the accelerations within a solver's steps must not count as work that a braking axis does not give back.
+TEST(BlockContact, TheRobotsDrawTheEnergyOfLevel2) {
+  constexpr double kIdle_J = 90.0 * 42.0;
+  const BlockRun contact = test::run_block_scenario("block_assembly", at_level_3("rosenbrock", "1e-4"));
+  const BlockRun level_2 = test::run_block_scenario(
+      "block_assembly", {"processes.assembly.level_of_detail=2", "solver.step_s=0.001"});
+  for (std::size_t robot = 0; robot < 2; ++robot) {
+    const auto moving_J = [&](const BlockRun& r) {
+      return r.result.final_state.robots[robot].power.electrical_energy_J - kIdle_J;
+    };
+    EXPECT_GT(moving_J(level_2), 200.0);
+    EXPECT_NEAR(moving_J(contact), moving_J(level_2), 1e-3 * moving_J(level_2));
+  }
+}
+
 TEST(BlockContact, TheDisassemblyEndsAsDrawn) {
   // CVODE needs 1e-6: at 1e-5 a tolerance relative to heights of 0.7 m is coarser than the 3 um by which
   // parts sink in, and P, put down from 44 um, bounces. P ends 0.460 mm off by cvode, from 1e-6 on: grips that stick

@@ -104,7 +104,7 @@ void CellPlant::reset() {
   system_->wake_all();
   system_->reset_counts();
   integrator_->reset();
-  energies_.assign(robots_.size(), {0.0, 0.0});
+  energies_.assign(robots_.size(), {});
   forced_.clear();
   now_s_ = 0.0;
 }
@@ -178,6 +178,20 @@ void CellPlant::keep_accepted() {
     std::copy(x_.begin() + static_cast<std::ptrdiff_t>(range.begin),
               x_.begin() + static_cast<std::ptrdiff_t>(range.end),
               accepted_.begin() + static_cast<std::ptrdiff_t>(range.begin));
+}
+
+void CellPlant::count_energy(double h) {
+  for (std::size_t r = 0; r < robots_.size(); ++r)
+    if (levels_[r] > 1)
+      energies_[r].electrical_J +=
+          dynamic_[r]->electrical_energy_J(h, accepted_.data() + segment_begin_[r], segment(r).data());
+}
+
+DynamicRobot::Output CellPlant::robot_output(std::size_t robot, double t, const CellMotion& motion,
+                                             std::span<const Wrench> wrenches) const {
+  DynamicRobot::Output output = dynamic_[robot]->output(t, segment(robot).data(), motion, wrenches);
+  output.power.electrical_energy_J = energies_[robot].electrical_J;
+  return output;
 }
 
 void CellPlant::read_signals(std::size_t device, double t, std::span<double> signals) const {
@@ -292,7 +306,8 @@ void CellPlant::change_levels(std::span<const int> levels, double t) {
     }
   }
   for (std::size_t r = 0; r < robots_.size(); ++r)
-    if (levels_[r] > 1) std::copy_n(segment(r).end() - 2, 2, energies_[r].begin());
+    if (levels_[r] > 1)
+      energies_[r].mechanical_J = segment(r)[static_cast<std::size_t>(dynamic_[r]->energy_state())];
   const CellMotion motion = system_->motion();
   const std::span<const Wrench> now = system_->update_wrenches();
   const std::vector<Wrench> wrenches(now.begin(), now.end());
@@ -308,7 +323,7 @@ void CellPlant::change_levels(std::span<const int> levels, double t) {
       std::copy_n(old_state.data() + old_begin[r], dynamic_[r]->state_count(), to);
     } else if (levels_[r] > 1) {
       dynamic_[r]->state_from_motion(t, motions[r].q.data(), motions[r].qd.data(), motion, wrenches, to);
-      std::copy(energies_[r].begin(), energies_[r].end(), to + dynamic_[r]->energy_state());
+      to[dynamic_[r]->energy_state()] = energies_[r].mechanical_J;
     } else if (old_levels[r] > 1) {
       // The joints were not quite where the reference was: it starts again from where they are.
       robots_[r].continue_from(t, motions[r].q.data(), motions[r].qd.data());
@@ -326,7 +341,7 @@ void CellPlant::change_levels(std::span<const int> levels, double t) {
 
 void CellPlant::save(StateWriter& out) {
   for (const int level : levels_) out.put(static_cast<std::uint8_t>(level));
-  for (const std::array<double, 2>& energies : energies_) out.put(std::span<const double>(energies));
+  for (const RobotEnergy& energy : energies_) out.put(energy.mechanical_J), out.put(energy.electrical_J);
   for (const KinematicRobot& robot : robots_) robot.save(out);
   for (const ParallelGripper& gripper : grippers_) gripper.save(out);
   for (const auto& further : auxiliary_) further->save(out);
@@ -352,7 +367,10 @@ void CellPlant::load(StateReader& in) {
       in.fail(model_.description.robots[r].name + " has level " + std::to_string(levels_[r]) +
               ", but can only be kinematic");
   }
-  for (std::array<double, 2>& energies : energies_) in.numbers(energies, "an energy");
+  for (RobotEnergy& energy : energies_) {
+    energy.mechanical_J = in.number("an energy");
+    energy.electrical_J = in.number("an energy");
+  }
   for (std::size_t r = 0; r < robots_.size(); ++r) {
     robots_[r].load(in);
     if (robots_[r].torque_mode() && levels_[r] == 1) in.fail("a robot in torque mode has level of detail 1");

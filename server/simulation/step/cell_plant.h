@@ -65,6 +65,8 @@ class CellPlant {
   /// The last accepted state, where a step that fails goes back to.
   const std::vector<double>& accepted() const { return accepted_; }
   void keep_accepted();
+  /// Discrete, when the step of length h from accepted() to state() is accepted: the energy that robots have drawn.
+  void count_energy(double h);
   /// Index of a Part's first state (index among Parts), and the name of a state, for error texts.
   std::size_t part_begin(std::size_t part) const { return parts_begin_ + part * RigidBody::kStates; }
   std::size_t parts_begin() const { return parts_begin_; }
@@ -120,6 +122,9 @@ class CellPlant {
   const DynamicRobot* dynamic(std::size_t robot) const {
     return levels_[robot] > 1 ? dynamic_[robot].get() : nullptr;
   }
+  /// Outputs of a robot above LoD 1 under these wrenches, with the energy of the last accepted step. `motion`: of (t, state()).
+  DynamicRobot::Output robot_output(std::size_t robot, double t, const CellMotion& motion,
+                                    std::span<const Wrench> wrenches) const;
   /// Masses and inertias of a robot and its grippers, or null where the scenario has no dynamics.
   const DynamicRobotParameters* dynamics(std::size_t robot) const {
     return dynamic_[robot] != nullptr ? &dynamic_[robot]->parameters() : nullptr;
@@ -168,7 +173,11 @@ class CellPlant {
   std::vector<std::unique_ptr<DynamicRobot>> dynamic_;  ///< by robot; null where the scenario has no dynamics
   std::vector<int> levels_;                             ///< by robot
   std::vector<std::size_t> segment_begin_;              ///< by robot
-  std::vector<std::array<double, 2>> energies_;         ///< by robot: J, at the end of its last time at LoD 2
+  struct RobotEnergy {
+    double mechanical_J = 0.0;  ///< at the end of the robot's last time at LoD 2
+    double electrical_J = 0.0;  ///< at the end of the last accepted step
+  };
+  std::vector<RobotEnergy> energies_;                               ///< by robot
   std::vector<std::pair<std::size_t, std::size_t>> gripper_place_;  ///< robot, index among its grippers
   std::unique_ptr<OdeSystem> system_;
   std::unique_ptr<Integrator> integrator_;

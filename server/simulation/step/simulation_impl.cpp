@@ -327,6 +327,7 @@ bool Simulation::Impl::accept() {
     for (std::size_t i = range.begin; i < range.end; ++i)
       if (!(std::abs(x[i]) < kLargestState)) return diverged(i);
   }
+  plant.count_energy(model->step_s);
   ++step_index;
   statistics.part_steps_skipped += model->parts.size() - exact_sleeping.awake().size();
   hash_parts();

@@ -185,9 +185,8 @@ void Simulation::Impl::fill_robot_loads(std::size_t robot, std::span<const Wrenc
                                         RobotSample& sample) {
   // A snapshot is reused: at LoD 1 it must not keep values of an earlier LoD 2.
   const DynamicRobot* dynamic = plant.dynamic(robot);
-  read_dynamics(dynamic != nullptr
-                    ? dynamic->output(time(), plant.segment(robot).data(), system().motion(), wrenches)
-                    : DynamicRobot::Output{},
+  read_dynamics(dynamic != nullptr ? plant.robot_output(robot, time(), system().motion(), wrenches)
+                                   : DynamicRobot::Output{},
                 sample);
 }
 
