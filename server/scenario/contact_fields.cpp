@@ -141,7 +141,8 @@ void describe(Fields& f, ScenarioContactComponent& s) {
   s.place = f.place("");
   describe(f, s.stated);
   f.field("element_edge_m", s.element_edge_m, not_negative("m"),
-          "Longest edge of contact elements; 0: the triangles of the mesh.");
+          "Longest edge of contact elements; along sharp rims of flat faces they are strips of an eighth of "
+          "it. 0: the triangles of the mesh.");
   f.field("resample", s.resample, resampling_words(), "As `resample` of `contact`, for this component.");
   f.field("field_spacing_m", s.field_spacing_m, positive("m"),
           "As `field_spacing_m` of `contact`, for this component.");
@@ -171,8 +172,9 @@ void describe(Fields& f, ScenarioContact& s) {
   f.section("defaults", "Parameters of all pairs, as far as no more special statement exists.", s.defaults);
   f.section("grippers", "Parameters of pairs with a gripper.", s.grippers);
   f.field("element_edge_m", s.element_edge_m, not_negative("m"),
-          "Longest edge of contact elements; 0: the triangles of the mesh; without it: chosen by the size of "
-          "each component.");
+          "Longest edge of contact elements; along sharp rims of flat faces they are strips of an eighth of "
+          "it. 0: the triangles of "
+          "the mesh; without it: chosen by the size of each component.");
   f.field(
       "resample", s.resample, resampling_words(),
       "Contact elements are cells of a grid over each flat face, of at most half of element_edge_m, instead "

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
+#include <sstream>
 
 #include "tests/support/contact_meshes.h"
 #include "tests/support/contact_scene.h"
@@ -128,6 +130,34 @@ TEST(SurfaceContactCell, BlocksOnASlopeDoNotCreepWithStick) {
   ASSERT_TRUE(scene.run_to(5.2));
   EXPECT_LE((scene.sample("Holds").p_WB - holds).norm(), 1e-8);
   EXPECT_LE((scene.sample("Slides").p_WB - slides).norm(), 1e-8);
+}
+
+// A box on its lower edge is in balance where its centre of mass is above the edge, whatever the size of its contact elements.
+TEST(SurfaceContactCell, ATallBoxTopplesBeyondItsEdgeAlone) {
+  constexpr double kHalfWidth_m = 0.025, kHalfHeight_m = 0.1, kDegree = std::numbers::pi / 180.0;
+  const TemporaryDirectory directory;
+  std::ostringstream mesh;
+  for (int i = 0; i < 8; ++i)
+    mesh << "v " << (i & 1 ? 1 : -1) * kHalfWidth_m << ' ' << (i & 2 ? 1 : -1) * kHalfWidth_m << ' '
+         << (i & 4 ? 1 : -1) * kHalfHeight_m << '\n';
+  mesh << "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+  directory.write("tall.obj", mesh.str());
+  const double balance = std::atan(kHalfWidth_m / kHalfHeight_m);
+  for (const double from_balance : {-1.2 * kDegree, 1.2 * kDegree}) {
+    const double angle = balance + from_balance;
+    const double x = -kHalfWidth_m * std::cos(angle) + kHalfHeight_m * std::sin(angle),
+                 z = kHalfWidth_m * std::sin(angle) + kHalfHeight_m * std::cos(angle);
+    SceneText text;
+    text.contact = "{defaults: {friction: 0.8}}";
+    text.parts = "  Box: {mesh: tall.obj, mass_kg: 1, hierarchy: 1, pose: {position_m: [" +
+                 std::to_string(x) + ", 0, " + std::to_string(z + 1e-6) + "], rpy_rad: [0, " +
+                 std::to_string(angle) + ", 0]}}";
+    text.grounds = "  Plate: {mesh: " + library_mesh("plate") + "}";
+    SceneRun scene(load_scene(directory, text));
+    ASSERT_TRUE(scene.run_to(1.5));
+    const double upright = scene.sample("Box").q_WB.toRotationMatrix()(2, 2);
+    EXPECT_NEAR(upright, from_balance < 0.0 ? 1.0 : 0.0, 0.01) << from_balance / kDegree;
+  }
 }
 
 /// Without friction, which takes a few per cent: the layer's normals are not vertical beside the middle.

@@ -1,6 +1,7 @@
 #pragma once
 // Which side of a pair carries the contact elements.
 #include "server/geometry/surface/contact_surface.h"
+#include "server/geometry/surface/rim_strips.h"
 
 namespace takt {
 
@@ -16,9 +17,7 @@ inline bool first_is_base(const ContactSurface& first, int first_id, const Conta
     return (box.upper - box.lower).prod();
   };
   // Mean area of an element: the square of its edge, up to a factor common to both sides.
-  const auto element_area = [](const ContactSurface& s) {
-    return s.area_m2() / static_cast<double>(s.element_count());
-  };
+  const auto element_area = [](const ContactSurface& s) { return mean_element_area_m2(s); };
   const double first_area = element_area(first), second_area = element_area(second);
   const auto too_coarse = [&](const ContactSurface& s, const ContactSurface& other) {
     return element_area(s) > 4.0 * other.patch_area_m2() && element_area(s) > 4.0 * element_area(other);

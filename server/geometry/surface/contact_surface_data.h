@@ -80,6 +80,7 @@ struct ContactSurface::Data {
   /// For pictures: of the elements, empty for pieces of triangles; without resampling there are none.
   std::vector<Outline> outlines;
   std::vector<Vec3> outline_points;
+  std::size_t strip_count = 0;  ///< elements more than without strips along rims
   ResamplingReport resampling;
   std::vector<ContactCluster> clusters;  ///< the first has all elements
   double surface_area_m2 = 0.0;

@@ -9,6 +9,7 @@
 
 #include "server/geometry/surface/element_corners.h"
 #include "server/geometry/surface/resampling.h"
+#include "server/geometry/surface/rim_strips.h"
 
 namespace takt {
 namespace {
@@ -51,15 +52,35 @@ void add_element(Data& data, const Vec3& p, const Vec3& normal, double area_m2, 
 
 /// Pieces of the triangles, as elements, by face.
 struct Pieces {
-  std::vector<std::uint32_t> first;  ///< element of each face, and their number
-  std::vector<double> slender_m2;    ///< area of each face in slender pieces, where it is measured
+  std::vector<std::uint32_t> first;   ///< element of each face, and their number
+  std::vector<double> slender_m2;     ///< area of each face in slender pieces, where it is measured
+  std::vector<std::uint32_t> strips;  ///< elements of each face more than without strips along rims
+
+  /// Without those of strips.
+  std::size_t count(std::size_t face) const { return first[face + 1] - first[face] - strips[face]; }
 };
 
 /// Halving the longest edge leaves a needle about as slender as it is wide against the edge.
+/// Along rims of flat faces they are strips, unless the elements are the triangles themselves.
 Pieces divide_triangles(Data& data, double edge_m, bool measures) {
+  const bool strips = edge_m > 0.0;
   Pieces result;
   if (measures) result.slender_m2.assign(data.faces.size(), 0.0);
   std::vector<TriangleCorners> pieces;
+  std::vector<std::vector<Vec3>> parts;
+  const auto add_parts = [&](std::uint32_t face, const Vec3& normal) {
+    data.outlines.resize(data.element_count());
+    for (const std::vector<Vec3>& part : parts) {
+      Vec3 centroid;
+      const double area = area_and_centroid(part, centroid);
+      add_element(data, centroid, normal, area, face);
+      const auto begin = static_cast<std::uint32_t>(data.outline_points.size());
+      data.outline_points.insert(data.outline_points.end(), part.begin(), part.end());
+      data.outlines.push_back({begin, static_cast<std::uint32_t>(data.outline_points.size())});
+    }
+    result.strips.back() += static_cast<std::uint32_t>(parts.size() - 1);
+    data.strip_count += parts.size() - 1;
+  };
   for (std::size_t i = 0; i < data.faces.size(); ++i) {
     const auto corner = data.corners(data.faces[i]);
     const Vec3 normal = (corner[1] - corner[0]).cross(corner[2] - corner[0]).normalized();
@@ -69,13 +90,22 @@ Pieces divide_triangles(Data& data, double edge_m, bool measures) {
     const bool may_be_slender =
         measures && slenderness(corner) > 0.25 * kSlender;  // a half is at most twice as slender
     result.first.push_back(static_cast<std::uint32_t>(data.element_count()));
+    result.strips.push_back(0);
+    const RimStrips rims(data, i, edge_m);
     for (const auto& piece : pieces) {
       const double area = 0.5 * (piece[1] - piece[0]).cross(piece[2] - piece[0]).norm();
       if (may_be_slender && slenderness(piece) > kSlender) result.slender_m2[i] += area;
-      add_element(data, (piece[0] + piece[1] + piece[2]) / 3.0, normal, area, static_cast<std::uint32_t>(i));
+      parts.clear();
+      if (strips) rims.divide({piece.begin(), piece.end()}, parts);
+      if (parts.empty())
+        add_element(data, (piece[0] + piece[1] + piece[2]) / 3.0, normal, area,
+                    static_cast<std::uint32_t>(i));
+      else
+        add_parts(static_cast<std::uint32_t>(i), normal);
     }
   }
   result.first.push_back(static_cast<std::uint32_t>(data.element_count()));
+  if (!data.outlines.empty()) data.outlines.resize(data.element_count());
   return result;
 }
 
@@ -119,8 +149,7 @@ std::vector<SurfaceSample> sample_dense(const Data& data, const Pieces& pieces, 
   std::size_t count = 0;
   const auto& faces = flat.regions[region].faces;
   for (const std::int32_t f : faces) {
-    const auto i = static_cast<std::size_t>(f);
-    count += pieces.first[i + 1] - pieces.first[i];
+    count += pieces.count(static_cast<std::size_t>(f));
   }
   if (count < kFewestTooMany) return {};
   double area_m2 = 0.0, rim_m = 0.0;
@@ -151,7 +180,7 @@ std::vector<SurfaceSample> sample_needles(const Data& data, const Pieces& pieces
   for (const std::int32_t f : flat.regions[region].faces) {
     const auto i = static_cast<std::size_t>(f);
     slender_m2 += pieces.slender_m2[i];
-    least += pieces.first[i + 1] - pieces.first[i];
+    least += pieces.count(i);
     for (std::uint32_t e = pieces.first[i]; e < pieces.first[i + 1]; ++e) area_m2 += data.area_m2[e];
   }
   if (!(slender_m2 >= kSlenderShare * area_m2) || !(area_m2 > 0.0)) return {};
@@ -228,12 +257,15 @@ void replace_elements(Data& data, const Pieces& pieces, const Resampled& by) {
   }
 
   std::size_t kept = 0;
+  data.strip_count = 0;
   for (std::size_t i = 0; i < data.faces.size(); ++i) {
     if (stays[i] == 0) continue;
+    data.strip_count += pieces.strips[i];
     for (std::uint32_t e = pieces.first[i]; e < pieces.first[i + 1]; ++e, ++kept) {
       for (auto* values : {&data.px, &data.py, &data.pz, &data.nx, &data.ny, &data.nz, &data.area_m2})
         (*values)[kept] = (*values)[e];
       data.triangle[kept] = data.triangle[e];
+      if (!data.outlines.empty()) data.outlines[kept] = data.outlines[e];
     }
   }
   for (auto* values : {&data.px, &data.py, &data.pz, &data.nx, &data.ny, &data.nz, &data.area_m2})

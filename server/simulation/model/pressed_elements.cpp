@@ -41,21 +41,27 @@ void PressedElements::read_pair(const Snapshot& snapshot, std::size_t pair, Pres
   std::vector<ElementPressure> elements =
       kept->second.pressures(relative_motion(Pose::from_quaternion(base.p_WB, base.q_WB), base.V_WB,
                                              Pose::from_quaternion(target.p_WB, target.q_WB), target.V_WB));
-  if (elements.size() > kMaxElements) {
-    pressed.omitted = elements.size() - kMaxElements;
-    const auto last = elements.begin() + kMaxElements;
-    std::nth_element(
-        elements.begin(), last, elements.end(), [](const ElementPressure& a, const ElementPressure& b) {
-          return a.pressure_Pa != b.pressure_Pa ? a.pressure_Pa > b.pressure_Pa : a.element < b.element;
-        });
-    elements.erase(last, elements.end());
+  const auto stronger = [](const ElementPressure& a, const ElementPressure& b) {
+    return a.pressure_Pa != b.pressure_Pa ? a.pressure_Pa > b.pressure_Pa : a.element < b.element;
+  };
+  const auto triangles = [&](const ElementPressure& element) {
+    return element_triangles_B(*base_surface, static_cast<std::size_t>(element.element));
+  };
+  // An element may be several triangles: the strongest ones that fit.
+  const std::size_t all = elements.size();
+  std::sort(elements.begin(), elements.end(), stronger);
+  std::size_t count = 0, kept_elements = 0;
+  for (; kept_elements < elements.size(); ++kept_elements) {
+    count += triangles(elements[kept_elements]).size();
+    if (count > kMaxElements) break;
   }
+  elements.resize(kept_elements);
+  pressed.omitted = all - kept_elements;
   std::sort(elements.begin(), elements.end(),
             [](const ElementPressure& a, const ElementPressure& b) { return a.element < b.element; });
   for (const ElementPressure& element : elements) {
     pressed.largest_pressure_Pa = std::max(pressed.largest_pressure_Pa, element.pressure_Pa);
-    for (const TriangleCorners& corners :
-         element_triangles_B(*base_surface, static_cast<std::size_t>(element.element)))
+    for (const TriangleCorners& corners : triangles(element))
       pressed.elements.push_back({corners, element.pressure_Pa});
   }
 }

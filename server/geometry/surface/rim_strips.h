@@ -1,0 +1,36 @@
+#pragma once
+// Strips of contact elements along the rims of flat faces. An element acts at its centroid: without them a face carries a moment
+// only up to the centroids of its outermost elements, and an edge is felt when it is already deep.
+#include <vector>
+
+#include "server/geometry/surface/contact_surface_data.h"
+
+namespace takt {
+
+/// Width of a strip over the element edge.
+inline constexpr double kRimShare = 0.125;
+
+/// The edges of a face with strips: those to a face of another plane that turns away by more than find_sharp_edges() calls sharp,
+/// where the face is at least half an element edge wide.
+class RimStrips {
+ public:
+  RimStrips(const ContactSurface::Data& data, std::size_t face, double edge_m);
+  /// Divides a convex piece of the face along the strips' inner lines; appends the parts, or nothing if no line crosses it.
+  void divide(const std::vector<Vec3>& piece, std::vector<std::vector<Vec3>>& parts) const;
+
+ private:
+  struct Line {
+    Vec3 inward;
+    double shift_m;  ///< inward . x + shift_m is the distance from the strip's inner line, positive beyond it
+  };
+  std::vector<Line> lines_;
+  double width_m_;
+};
+
+/// Mean area of the elements of a surface, as if no rim had a strip.
+double mean_element_area_m2(const ContactSurface& surface);
+
+/// Area and centroid of a convex polygon in a plane.
+double area_and_centroid(const std::vector<Vec3>& polygon, Vec3& centroid);
+
+}  // namespace takt
