@@ -34,12 +34,13 @@ const browser = await chromium.launch({...here, args: [...here.args, '--disable-
 // `files`: of another page than that of takt view. Two frames are drawn by itself, then only when it is asked.
 async function open(url, files) {
   const page = await (await browser.newContext({viewport: {width: 1400, height: 900}, deviceScaleFactor: 1})).newPage();
+  await page.addInitScript(() => { window.requestAnimationFrame = (draw) => setTimeout(() => draw(performance.now()), 200); });
   if (files) await page.route((at) => at.href.startsWith(url), (route) => {
     const {pathname} = new URL(route.request().url()), body = files(pathname);
     return body ? route.fulfill({body, contentType: KINDS[pathname === '/' ? 'html' : pathname.split('.').at(-1)] ?? 'application/octet-stream'}) : route.continue();
   });
   await page.goto(url);
-  await page.waitForFunction(() => takt.last.state && takt.cell.components.length && takt.cell.frames > 1, null, {timeout: 300000, polling: 100});
+  await page.waitForFunction(() => takt.last.state && takt.cell.components.length && takt.cell.frames > 0, null, {timeout: 300000, polling: 100});
   return page;
 }
 // ms of one frame until its pixels can be read: of a standing picture, and of one whose state came again, with all that follows.

@@ -20,12 +20,15 @@ const pick = (list) => list[Math.floor(random() * list.length)];
 cpSync(`${sources}/config`, 'config', {recursive: true});
 const server = await start('takt-server', ['config/scenarios/block_assembly.yaml', '--cell', process.env.TAKT_CELL, '--snapshots', 'snapshots', '--recordings', 'recordings', '--scenarios', 'config/scenarios', '--edit']);
 const {child: bridge, url} = await view();
-await (await start('takt-run', ['run', `${sources}/config/scenarios/block_assembly.yaml`, '--duration', '12', '--mcap', 'run.mcap', '--quiet'])).ended;
+takt('play');
+await (await start('takt', ['record', 'run.mcap', '--duration', '12'])).ended;
+takt('pause');
 const player = await view(0, 'run.mcap');
 const browser = await chromium.launch(executable());
-const problems = [], done = [];
+const problems = [], done = [], FRAME_MS = 250;  // three pages share the processor that draws
 const watch = async (name, at, size) => {
-  const seen = await visit(browser, at, size, {prepare: (page) => {
+  const seen = await visit(browser, at, size, {prepare: async (page) => {
+    await page.addInitScript((ms) => { window.requestAnimationFrame = (draw) => setTimeout(() => draw(performance.now()), ms); }, FRAME_MS);
     page.on('pageerror', (error) => problems.push(`${name}: ${error.stack}`));
     page.on('console', (message) => { if (message.type() === 'error') problems.push(`${name}: ${message.text()}`); });
     page.on('requestfailed', (request) => { if (request.failure()?.errorText !== 'net::ERR_ABORTED') problems.push(`${name}: ${request.url()}: ${request.failure()?.errorText}`); });
@@ -117,7 +120,7 @@ for (let next = 0; ; ) {
   // Another cell and another visit come rarely.
   const draw = random();
   if (draw < 0.02) { const name = pick(CELLS); done.push(`load ${name}`); await load(name); ++cells; }
-  else if (draw < 0.04) { done.push('load the page again'); await other.page.reload(); await other.until(() => takt.last.state && takt.cell.frames > 0); await other.ask(() => { takt.cell.renderer.setPixelRatio(0.25); }); }
+  else if (draw < 0.04) { done.push('load the page again'); await other.page.reload({timeout: 300000}); await other.until(() => takt.last.state && takt.cell.frames > 0); await other.ask(() => { takt.cell.renderer.setPixelRatio(0.25); }); }
   else if (draw < 0.05) {
     done.push('controller');
     if (controller) { const one = controller; controller = null; one.kill('SIGKILL'); await one.ended; } else if (await long.ask(() => takt.last.description?.scenario === 'block_assembly')) { controller = await start('takt-controller', [program, '--start', '--timeout', '60']).catch(() => null); controller?.ended.then(() => {}); }

@@ -16,7 +16,7 @@ const seconds = Number(given.find((argument, i) => /^[0-9.]+$/.test(argument) &&
 const framesPerSecond = Number(valueOf('--frames', 2)), priority = Number(valueOf('--realtime-priority', 0));
 const cells = valueOf('--cells', 'block_assembly,chainsaw_motor').split(',');
 // Bounds: of a core and of bytes for each viewer; overruns with ten viewers and two frozen ones against those without.
-const MOST_PERCENT = 3, MOST_KB = 1000, MOST_RATIO = 1.5, NOISE = 2;  // the last: overruns of 1000 that two rows without a viewer are apart
+const MOST_PERCENT = 5, MOST_KB = 1000, MOST_RATIO = 1.5, NOISE = 2;  // the last: overruns of 1000 that two rows without a viewer are apart
 
 const spent = (pid) => {
   const fields = readFileSync(`/proc/${pid}/stat`, 'utf8').split(') ')[1].split(' ');

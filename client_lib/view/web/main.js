@@ -263,7 +263,7 @@ function draw() {
   requestAnimationFrame(draw);
   if (drawn.status || drawn.state) {
     rows();
-    for (const [id, pressed] of [['play', SimulationState.playing], ['pause', SimulationState.paused]]) {
+    for (const [id, pressed] of [['play', SimulationState.playing], ['pause', SimulationState.paused], ['stop', SimulationState.stopped]]) {
       const is = String(phase() === pressed);
       if ($(id).ariaPressed !== is) $(id).ariaPressed = is;
     }
@@ -291,6 +291,7 @@ const on = (id, request, args = () => ({})) => { $(id).onclick = () => ask(reque
 const phase = () => (!playback ? last.status?.state : playback.playing ? SimulationState.playing : SimulationState.paused);
 on('play', 'set_state', () => ({state: 'playing'}));
 on('pause', 'set_state', () => ({state: 'paused'}));
+on('stop', 'set_state', () => ({state: 'stopped'}));
 on('step', 'step', () => ({steps: Number($('steps').value)}));
 on('reset', 'reset');
 $('pace').append(...Object.keys(Pace).map((pace) => new Option(pace)));
@@ -468,7 +469,7 @@ $('cell').addEventListener('pointermove', (event) => {
 $('cell').addEventListener('pointerleave', () => { $('hint').hidden = true; });
 const camera = (name) => () => document.querySelector(`[data-camera=${name}]`).click();
 keyboard([
-  [' ', 'run or pause', () => press(phase() === SimulationState.playing ? 'pause' : 'play')()], ['.', 'step', press('step')], ['R', 'reset', press('reset')],
+  [' ', 'run or pause', () => press(phase() === SimulationState.playing ? 'pause' : 'play')()], ['.', 'step', press('step')], ['R', 'reset', press('reset')], ['s', 'stop', press('stop')],
   ['f', 'fit to the cell, or to what is selected', press('fit')], ['1', 'isometric; this and the next three again: from the other side', camera('iso')], ['2', 'front', camera('front')], ['3', 'right', camera('right')], ['4', 'top', camera('top')],
   ['o', 'orthographic or perspective', press('orthographic')], ['z', 'previous view', press('back')], ['m', 'measure between two points', press('measure')], ['g', 'move the selected Part', press('move')], ['h', 'turn the selected Part', press('turn')],
   [Object.keys(STEPS), 'move it by 1 mm or 1°, with Shift by ten', nudge, () => moving && mover.handles.object], ['n', 'scenario, snapshots, recording', press('menu')], ['y', 'scenario file in the editor', press('edit')], ['p', 'programs of the robots', press('read-program')], ['Escape', 'select nothing', () => select(null)],
@@ -476,7 +477,7 @@ keyboard([
   ['u', 'colour forces by their size', press('by-force')], ['k', 'colour by temperature', () => { if (!$('heated').hidden) $('by-temperature').click(); }],
   ['Enter', 'measure: take the point in the middle', () => take(eye.pick(eye.middle())), () => document.activeElement === $('cell') && measuring()],
   [['ArrowLeft', 'ArrowRight', 'ArrowUp', 'ArrowDown'], 'turn the view, with Shift move it', ({key, shiftKey}) => eye.turn(key, shiftKey), inView], [['+', '-'], 'nearer, farther', ({key}) => eye.near(key === '-' ? 1.25 : 0.8), inView],
-  [['+', '-'], 'timeline: nearer, farther', ({key}) => $(key === '-' ? 'farther' : 'nearer').click(), onTimeline], ['0', 'timeline: all of the time', press('all-times'), onTimeline],
+  [['+', '-'], 'timeline: nearer, farther', ({key}) => lower.timeline.zoom(key === '-' ? -1 : 1), onTimeline], ['0', 'timeline: all of the time', () => lower.timeline.fit(), onTimeline],
   [['ArrowLeft', 'ArrowRight'], 'timeline: with Shift earlier, later', ({key}) => lower.timeline.move(key === 'ArrowLeft' ? -0.1 : 0.1), ({shiftKey}) => shiftKey && onTimeline()],
   ['t', 'scene tree', press('fold-tree')], ['i', 'inspector', press('fold-inspector')], ['b', 'timeline and curves', press('fold-bottom')], ['d', 'light or dark theme', press('theme')], ['l', 'live again, out of the history', press('live')], ['?', 'this list', press('help')],
 ]);

@@ -1,12 +1,12 @@
 // The frame of the page: icons, theme, panels that fold, keys and their list.
-import {Box, FileCode, FolderOpen, Keyboard, ListVideo, Maximize, Move3d, MoveHorizontal, PanelBottom, PanelLeft, PanelRight, Pause, Play, Rotate3d, RotateCcw, Ruler, StepForward, SunMoon, Undo2, X, ZoomIn, ZoomOut, createElement} from 'lucide';
+import {Box, FileCode, FolderOpen, Keyboard, ListVideo, Maximize, Move3d, MoveHorizontal, PanelBottom, PanelLeft, PanelRight, Pause, Play, Rotate3d, RotateCcw, Ruler, Square, StepForward, SunMoon, Undo2, X, ZoomIn, ZoomOut, createElement} from 'lucide';
 import '@awesome.me/webawesome/dist/styles/themes/default.css';
 import '@awesome.me/webawesome/dist/components/dialog/dialog.js';
 import '@awesome.me/webawesome/dist/components/tree/tree.js';
 import '@awesome.me/webawesome/dist/components/tree-item/tree-item.js';
 import {$} from './dom.js';
 
-const ICONS = {Box, FileCode, FolderOpen, Keyboard, ListVideo, Maximize, Move3d, MoveHorizontal, PanelBottom, PanelLeft, PanelRight, Pause, Play, Rotate3d, RotateCcw, Ruler, StepForward, SunMoon, Undo2, X, ZoomIn, ZoomOut};
+const ICONS = {Box, FileCode, FolderOpen, Keyboard, ListVideo, Maximize, Move3d, MoveHorizontal, PanelBottom, PanelLeft, PanelRight, Pause, Play, Rotate3d, RotateCcw, Ruler, Square, StepForward, SunMoon, Undo2, X, ZoomIn, ZoomOut};
 const PANELS = ['tree', 'inspector', 'bottom'];
 
 // What a user chose stays for the next visit; a browser may refuse to keep it.

@@ -37,8 +37,8 @@ export class Timeline {
     canvas.addEventListener('pointerleave', () => { $('marks').hidden = true; });
     canvas.addEventListener('click', (event) => { const bar = this.barUnder(event); if (bar && !slider.disabled && !this.dragged) this.jump(this.stepTime(bar.step.begin)); });
     this.pan();
-    $('nearer').onclick = () => this.scale(STEP);
-    $('farther').onclick = () => this.scale(1 / STEP);
+    $('nearer').onclick = () => this.zoom(1);
+    $('farther').onclick = () => this.zoom(-1);
     $('all-times').onclick = () => this.fit();
     new ResizeObserver(() => this.touch()).observe($('timeline'));
   }
@@ -50,6 +50,7 @@ export class Timeline {
   get to() { return this.window.to; }
   // `at`: the time that stays in its place; without one that of the handle where it is seen, else the middle.
   scale(factor, at = this.seen(this.at ?? this.newest) ? this.at ?? this.newest : (this.from + this.to) / 2) { if (this.window.scale(factor, at)) this.touch(); }
+  zoom(nearer) { this.scale(STEP ** nearer); }
   move(part) { if (this.window.move(part * (this.to - this.from))) this.touch(); }
   fit() { if (this.window.fit()) this.touch(); }
   seen(time) { return time >= this.from && time <= this.to; }
