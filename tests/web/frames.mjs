@@ -40,8 +40,11 @@ async function open(url, files) {
     return body ? route.fulfill({body, contentType: KINDS[pathname === '/' ? 'html' : pathname.split('.').at(-1)] ?? 'application/octet-stream'}) : route.continue();
   });
   await page.goto(url);
-  await page.waitForFunction(() => takt.last.state && takt.cell.components.length && takt.cell.frames > 0, null, {timeout: 300000, polling: 100});
-  return page;
+  const shows = await page.waitForFunction(() => takt.last.state && takt.cell.components.length, null, {timeout: files ? 60000 : 300000, polling: 100}).catch(() => null);
+  if (shows) return page;
+  console.log(`${files ? against : 'the page'} shows no cell`);
+  await page.context().close();
+  return null;
 }
 // ms of one frame until its pixels can be read: of a standing picture, and of one whose state came again, with all that follows.
 const stand = (page) => page.evaluate(([width, height]) => {
@@ -71,7 +74,7 @@ const columns = [['cell', 18], ['triangles', 10], ...(other ? [['before', 8]] : 
 console.log(columns.map(([title, width]) => title.padStart(width)).join('  '));
 for (const cell of cells) {
   const running = await start('takt-server', [`${sources}/config/scenarios/${cell}.yaml`, '--cell', process.env.TAKT_CELL, '--paused']), {child, url} = await view();
-  const pages = [await open(url), ...(other ? [await open(url, other)] : [])];
+  const pages = [await open(url), ...(other ? [await open(url, other)] : [])].filter(Boolean);
   const at = await pages[0].evaluate(() => ({camera: takt.cell.camera.position.toArray(), target: takt.cell.orbit.target.toArray(), triangles: takt.last.description.components.reduce((sum, {triangles}) => sum + triangles.length / 3, 0)}));
   for (const page of pages) { await stand(page); await lookFrom(page, at); for (let n = 0; n < 3; ++n) await frame(page, true); }
   const times = {still: pages.map(() => []), moving: [], shaded: []};
@@ -82,7 +85,7 @@ for (const cell of cells) {
     times.shaded.push(await frame(pages[0], true));
   }
   // A second of a cell that moves has one frame with shadows.
-  const [now, before] = times.still.map(median), moving = median(times.moving), shadows = median(times.shaded), mean = 1000 / Math.max(1 + (1000 - shadows) / moving, 1);
+  const [now, before = NaN] = times.still.map(median), moving = median(times.moving), shadows = median(times.shaded), mean = 1000 / Math.max(1 + (1000 - shadows) / moving, 1);
   const texts = [cell, String(at.triangles), ...(other ? [before.toFixed(1)] : []), now.toFixed(1), ...(other ? [(now / before).toFixed(2)] : []), moving.toFixed(1), shadows.toFixed(1), mean.toFixed(1)];
   console.log(texts.map((text, i) => text.padStart(columns[i][1])).join('  '));
   for (const page of pages) await page.context().close();
