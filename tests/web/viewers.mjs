@@ -1,6 +1,6 @@
 // Cost of viewers: processor time and bytes of takt view, and the overruns of the server's steps, without a viewer, with one, with
 // ten, and with ten beside two that are frozen. All of a cell are measured in one run, with rows without a viewer in between, since
-// the machine's other load changes; a row is compared with its two neighbours of that kind. ./dev bench view viewers [SECONDS]
+// the machine's other load changes; a row is compared with its two neighbours of that kind. ./dev bench view [SECONDS]
 // [--cells NAME,...] [--pages | --sockets] [--frames N] [--realtime-priority N]. Sockets ask for what the page asks for, at its
 // rate; pages are real ones, of one Chromium that draws with the processor here and so takes what the server needs, and draw
 // FRAMES times per second (0: as often as they can) for that reason. A frozen page stands in its debugger, a frozen socket reads
