@@ -14,6 +14,8 @@ const {Track} = await import(`${page}/track.js`);
 const {Events, gathered, saying} = await import(`${page}/events.js`);
 const {csvOf, svgOf} = await import(`${page}/curve_export.js`);
 const {Signals, levelsOf} = await import(`${page}/signals.js`);
+const {TimeWindow} = await import(`${page}/time_window.js`);
+const {Scale, quantity, roundDown, roundUp, PRESSURE} = await import(`${page}/scales.js`);
 // The same numbers in each run of the test (Park and Miller 1988).
 let seed = 1;
 const random = () => (seed = (48271 * seed) % 2147483647) / 2147483647;
@@ -103,6 +105,34 @@ for (const one of heard) assert.ok(!events.take(one, 0, true), 'a recording has 
 assert.deepEqual(events.all.map(({sequence_number: n}) => Number(n)), [1, 2, 3, 4, 5, 30]);
 assert.ok(events.take(event(1, 'started again'), 0, false));
 assert.equal(events.all.length, 1);
+
+// --- the part of a range of times: within it whatever is done, as wide as it was zoomed, and the time at the pointer keeps its place
+const part = new TimeWindow();
+const close = (a, b, what) => assert.ok(Math.abs(a - b) < 1e-9 * (1 + Math.abs(b)), `${what}: ${a}, ${b}`);
+for (let round = 0, last = 10; round < 5000; ++round) {
+  const {from, to} = part, wide = to - from, draw = random();
+  if (draw < 0.3) {
+    const factor = 0.5 + random(), share = random(), at = from + share * wide;
+    part.scale(factor, at);
+    if (part.from > part.first + 1e-6 && part.to < part.last - 1e-6 && part.to - part.from > 0.021) { close((at - part.from) / (part.to - part.from), share, 'share'); close(part.to - part.from, wide * factor, 'width'); }
+  } else if (draw < 0.5) { part.move((random() - 0.5) * wide); close(part.to - part.from, wide, 'a move keeps the width'); }
+  else if (draw < 0.7) { part.within(Math.max(part.first, last - 30), last += random()); if (part.partial && part.end === null) assert.equal(part.to, last); }
+  else if (draw < 0.8) { const time = part.first + random() * (part.last - part.first); part.reach(time); assert.ok(time >= part.from - 1e-9 && time <= part.to + 1e-9, `${time} in ${part.from}..${part.to}`); }
+  else if (draw < 0.9) part.hold(); else if (draw < 0.97) part.follow(); else part.fit();
+  assert.ok(part.from >= part.first - 1e-9 && part.to <= part.last + 1e-9 && part.to > part.from, `${part.from}..${part.to} of ${part.first}..${part.last}`);
+}
+part.fit();
+assert.deepEqual([part.from, part.to], [part.first, part.last]);
+
+// --- scales: round ends with units that do not flicker
+assert.deepEqual([0.0012, 1, 1.01, 4.2, 7, 10, 150].map(roundUp), [0.002, 1, 2, 5, 10, 10, 200]);
+assert.deepEqual([0.0012, 1, 1.01, 4.2, 7, 10, 150].map((value) => Number(roundDown(value).toPrecision(6))), [0.001, 1, 1, 2, 5, 10, 100]);
+assert.deepEqual([0, 0.02, 5, 1500, 2.5e6].map((value) => quantity(value, 'Pa')), ['0 Pa', '20 mPa', '5 Pa', '1.5 kPa', '2.5 MPa']);
+const scale = new Scale(PRESSURE, 'Pa'), ends = [3e5, 4.9e5, 2e5, 1.1e5, 0.9e5, NaN, 0, 6e5].map((value) => { scale.take(value); return scale.end; });
+assert.deepEqual(ends, [5e5, 5e5, 5e5, 5e5, 1e5, 1e5, 1e5, 1e6]);
+assert.equal(scale.text, '0 to 1 MPa');
+assert.equal(scale.color(0).getHex(), PRESSURE.color(0).getHex());
+assert.equal(scale.color(2e6).getHex(), PRESSURE.color(1).getHex());
 
 // --- units: of the IDL, by the type of a joint and by the signal of a device
 const signals = new Signals();

@@ -9,14 +9,14 @@ import {toCreasedNormals} from 'three/addons/utils/BufferGeometryUtils.js';
 import URDFLoader from 'urdf-loader';
 import {breakEdges} from './broken_edges.js';
 import {Heat} from './heat.js';
+import {FORCES, PRESSURE, Scale} from './scales.js';
 import {ComponentType, JointType, PartState, nameOf} from './messages.js';
 
 // Words and colours of Parts, by PartState.
 export const STATES = Object.fromEntries([PartState.free, PartState.grasped, PartState.placed, PartState.assembled].map((state) => [state, state === PartState.grasped ? 'held' : nameOf(PartState, state)]));
 export const STATE_COLORS = {[PartState.free]: 0x7f8c97, [PartState.grasped]: 0xe08214, [PartState.placed]: 0x2c7fb8, [PartState.assembled]: 0x2e9e5b};
 export const OPEN = 0x9aa7b4, CLOSED = 0xc2561a, GRIPS = 0xe08214, FORCE = 0xd6204e, CONTACT = 0x8a2be2, HOLDS = 0x20639b;
-const LONGEST = 0.25;  // m; larger forces are drawn like this, as they would leave the picture
-const COLORS = [0x2b3cff, 0x18b8d8, 0x2fbf4a, 0xf2d21b, 0xe2231a].map((color) => new THREE.Color(color));  // of pressures
+export const LONGEST = 0.25;  // m; larger forces are drawn like this, as they would leave the picture
 const TINT = 0.4;      // share of the colour of a part's state in that of the part
 const HEAT = 0.85;     // the same of its temperature, which can be read off a scale
 const MOST_EDGES = 60000;  // triangles of a mesh whose edges are drawn, and that looks curved between them
@@ -39,18 +39,23 @@ function withLinearColors(urdf) {
   return document;
 }
 
-// Of a pressure, from none to the largest one.
-export function colorOf(pressure, largest, color = new THREE.Color()) {
-  const at = Math.min(Math.max(pressure / largest, 0), 1) * (COLORS.length - 1), i = Math.min(Math.floor(at), COLORS.length - 2);
-  return color.copy(COLORS[i]).lerp(COLORS[i + 1], at - i);
+// Shapes that many marks share.
+const SHAFT = new THREE.CylinderGeometry(0.004, 0.004, 1, 12), TIP = new THREE.ConeGeometry(0.012, 0.04, 16), DISC = new THREE.CircleGeometry(1, 32);
+
+// What a graphics card keeps of all that is in `of`. Its shapes are in no other picture, but for the shared ones.
+function free(of) {
+  of.traverse(({geometry, material}) => {
+    if (geometry && ![SHAFT, TIP, DISC].includes(geometry)) geometry.dispose();
+    for (const one of [material ?? []].flat()) { one.map?.dispose(); one.dispose(); }
+  });
 }
 
 class Arrow extends THREE.Group {
   constructor(color) {
     super();
-    const material = new THREE.MeshStandardMaterial({color});
-    this.shaft = new THREE.Mesh(new THREE.CylinderGeometry(0.004, 0.004, 1, 12), material);
-    this.tip = new THREE.Mesh(new THREE.ConeGeometry(0.012, 0.04, 16), material);
+    this.material = new THREE.MeshStandardMaterial({color});
+    this.shaft = new THREE.Mesh(SHAFT, this.material);
+    this.tip = new THREE.Mesh(TIP, this.material);
     this.add(this.shaft, this.tip);
     this.visible = false;
   }
@@ -71,7 +76,7 @@ class Arrow extends THREE.Group {
 export class Cell {
   constructor(canvas) {
     this.canvas = canvas;
-    this.options = {byState: true, byTemperature: false, forces: true, contacts: true, holding: true, edges: true, frames: false, metresPerNewton: 0.03, follow: ''};
+    this.options = {byState: true, byTemperature: false, byForce: false, forces: true, contacts: true, holding: true, edges: true, frames: false, metresPerNewton: 0.03, follow: ''};
     THREE.Object3D.DEFAULT_UP.set(0, 0, 1);
     this.renderer = new THREE.WebGLRenderer({canvas, antialias: true, preserveDrawingBuffer: true});
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
@@ -93,6 +98,8 @@ export class Cell {
     this.components = [];
     this.robots = [];
     this.heat = new Heat();
+    this.scales = {force: new Scale(FORCES, 'N'), pressure: new Scale(PRESSURE, 'Pa')};
+    this.largest = {parts: 0, contacts: 0};  // N
     this.dirty = true;
     this.draw = this.draw.bind(this);
     requestAnimationFrame(this.draw);
@@ -156,7 +163,7 @@ export class Cell {
   select(chosen) {
     this.held = null;  // component that a user drags
     this.mark?.removeFromParent();
-    this.mark?.geometry.dispose();
+    this.mark?.dispose();
     this.mark = null;
     this.chosen = chosen && this.world.children.find(({name, userData: {chosen: is}}) => (chosen.kind === 'component' ? name === chosen.name : is?.kind === chosen.kind && is.name === chosen.name)) || null;
     if (chosen?.kind === 'gripper') this.chosen = this.components[this.grippers.find(({name}) => name === chosen.name)?.palm]?.mesh ?? null;
@@ -165,7 +172,7 @@ export class Cell {
   }
 
   setFrames(on) {
-    for (const {axes, mesh} of this.components) if (on) mesh.add(axes); else axes.removeFromParent();  // boxes are around what is there
+    for (const {axes, parent} of this.triads ?? []) if (on) parent.add(axes); else axes.removeFromParent();  // boxes are around what is there
     this.dirty = true;
   }
   setEdges(on) {
@@ -175,10 +182,13 @@ export class Cell {
 
   describe(description) {
     this.select(null);
-    this.world.clear();
-    this.marks.clear();
+    for (const {axes} of this.triads ?? []) free(axes);
+    for (const group of [this.world, this.marks]) { free(group); group.clear(); }
+    this.triads = [];
     this.description = description;
     this.heat.describe(description);
+    for (const scale of Object.values(this.scales)) scale.clear();
+    this.largest = {parts: 0, contacts: 0};
     const grips = new Map(description.grippers.flatMap(({name, palm, left_jaw: left, right_jaw: right}) => [palm, left, right].map((i) => [i, name])));
     this.components = description.components.map((component, index) => {
       const geometry = new THREE.BufferGeometry();
@@ -199,9 +209,7 @@ export class Cell {
         edges.raycast = () => {};
         mesh.add(edges);
       }
-      const axes = new THREE.AxesHelper(0.06);
-      axes.raycast = () => {};
-      if (this.options.frames) mesh.add(axes);
+      this.addFrame(mesh, 0.06);
       this.world.add(mesh);
       const arrow = new Arrow(FORCE), line = new THREE.Line(
         new THREE.BufferGeometry().setFromPoints([new THREE.Vector3(), new THREE.Vector3()]), new THREE.LineBasicMaterial({color: HOLDS, depthTest: false, transparent: true}));
@@ -209,7 +217,7 @@ export class Cell {
       line.visible = false;
       line.frustumCulled = false;
       this.marks.add(arrow, line);
-      return {mesh, own, edges, axes, arrow, line, type: component.type};
+      return {mesh, own, edges, arrow, line, type: component.type};
     });
     this.grippers = description.grippers;
     this.missing = new Set();  // mesh files of robots that could not be had
@@ -232,12 +240,30 @@ export class Cell {
       base.add(model);
       this.world.add(base);
       this.stand(robot);
+      this.addRobotFrames(base, model, robot, i);
       return {model, joints: robot.joints.map((joint) => joint.name)};
     });
     this.patches = [];
     this.pressed = new Map();  // pairs whose elements are shown
     this.setSection(this.section, this.cut);
     this.dirty = true;
+  }
+
+  addFrame(parent, size, matrix = null) {
+    const axes = new THREE.AxesHelper(size);
+    axes.raycast = () => {};
+    if (matrix) { axes.matrixAutoUpdate = false; axes.matrix.copy(matrix); }
+    if (this.options.frames) parent.add(axes);
+    this.triads.push({parent, axes});
+  }
+  // Base, flange, and the tool centre points of the grippers that the robot carries.
+  addRobotFrames(base, model, robot, index) {
+    this.addFrame(base, 0.2);
+    const last = model.joints?.[robot.joints.at(-1)?.name];
+    if (!last) return;
+    const flange = matrixOf(robot.flange);
+    this.addFrame(last, 0.08, flange);
+    for (const {robot: carrier, mount, tool_center_point: point} of this.grippers) if (carrier === index) this.addFrame(last, 0.06, flange.clone().multiply(matrixOf(mount)).multiply(matrixOf(point)));
   }
 
   // Joints beside the chain stand where takt has them: nearest to zero within their limits, or where a mimic leads them. Links
@@ -301,6 +327,7 @@ export class Cell {
     const {options} = this;
     const along = new THREE.Vector3();
     this.heat.take(state);
+    this.weigh('parts', state.components.filter((sample, i) => this.components[i].type === ComponentType.part).map(({force}) => force));
     state.components.forEach((sample, i) => {
       const component = this.components[i];
       const {position: p, orientation: q, force: f} = sample;
@@ -319,6 +346,7 @@ export class Cell {
       if (heat !== null) component.mesh.material.color.lerp(this.heat.color(heat, STATE), HEAT);
       else if (tint !== undefined) component.mesh.material.color.lerp(STATE.set(tint), TINT);
       component.arrow.userData.says = () => `force on ${component.mesh.name}: ${Math.hypot(f.x, f.y, f.z).toPrecision(4)} N`;
+      component.arrow.material.color.copy(this.forceColor(f, FORCE));
       component.arrow.set(component.mesh.position, along.set(f.x, f.y, f.z).multiplyScalar(options.forces && component.type === ComponentType.part ? options.metresPerNewton : 0));
       const holder = options.holding && sample.partner >= 0 ? state.components[sample.partner].position : null;
       component.line.visible = Boolean(holder);
@@ -342,16 +370,25 @@ export class Cell {
     this.dirty = true;
   }
 
+  // The scale of forces has the largest one of Parts and contacts.
+  weigh(of, forces) {
+    this.largest[of] = Math.max(0, ...forces.map(({x, y, z}) => Math.hypot(x, y, z)));
+    this.scales.force.take(Math.max(this.largest.parts, this.largest.contacts));
+  }
+  forceColor({x, y, z}, otherwise) { return this.options.byForce ? this.scales.force.color(Math.hypot(x, y, z), STATE) : STATE.set(otherwise); }
+
   // A disc of the pair's area, its colour by the largest pressure, and the force at its centre.
   showContacts({contacts}) {
     const wanted = this.options.contacts ? contacts : [];
     while (this.patches.length < wanted.length) {
-      const disc = new THREE.Mesh(new THREE.CircleGeometry(1, 32), new THREE.MeshBasicMaterial({side: THREE.DoubleSide, transparent: true, opacity: 0.85, depthTest: false}));
+      const disc = new THREE.Mesh(DISC, new THREE.MeshBasicMaterial({side: THREE.DoubleSide, transparent: true, opacity: 0.85, depthTest: false}));
       const arrow = new Arrow(CONTACT);
       this.marks.add(disc, arrow);
       this.patches.push({disc, arrow});
     }
-    const largest = Math.max(1, ...wanted.map((contact) => contact.largest_pressure));
+    const {pressure} = this.scales;
+    pressure.take(Math.max(0, ...wanted.map((contact) => contact.largest_pressure)));
+    this.weigh('contacts', wanted.map(({force}) => force));
     this.patches.forEach(({disc, arrow}, i) => {
       const contact = wanted[i];
       disc.visible = Boolean(contact) && !this.pressed.has(`${contact.base}-${contact.target}`);
@@ -363,7 +400,8 @@ export class Cell {
       disc.position.set(c.x, c.y, c.z);
       if (force.length() > 0) disc.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), force.clone().normalize());
       disc.scale.setScalar(Math.max(Math.sqrt(contact.area / Math.PI), 0.002));
-      disc.material.color.setHSL(0.66 * (1 - contact.largest_pressure / largest), 1, 0.5);
+      if (contact.largest_pressure > 0) pressure.color(contact.largest_pressure, disc.material.color); else disc.material.color.set(CONTACT);
+      arrow.material.color.copy(this.forceColor(f, CONTACT));
       arrow.set(disc.position, force.multiplyScalar(this.options.metresPerNewton));
     });
     this.dirty = true;
@@ -388,7 +426,7 @@ export class Cell {
       }
       const colors = new Float32Array(9 * pressures.length), color = new THREE.Color();
       for (let i = 0; i < pressures.length; ++i) {
-        colorOf(pressures[i], largest, color);
+        PRESSURE.color(pressures[i] / largest, color);
         for (let k = 0; k < 3; ++k) color.toArray(colors, 9 * i + 3 * k);
       }
       mesh.geometry.dispose();

@@ -1,7 +1,8 @@
 // Where one looks at the cell from, what a pointer meets there, and the scale that goes with it.
 import * as THREE from 'three';
 
-const FROM = {iso: [0.75, 1, 0.62], front: [0, -1, 0], right: [1, 0, 0], top: [0, -1e-4, 1]};
+const FROM = {iso: [0.75, 1, 0.62], front: [0, -1, 0], right: [1, 0, 0], top: [0, -1e-4, 1], 'iso again': [-0.75, -1, 0.62], 'front again': [0, 1, 0], 'right again': [-1, 0, 0], 'top again': [0, -1e-4, -1]};
+const ALIKE = 0.01;  // rad
 const FLIGHT = 350;  // ms
 
 export class Eye {
@@ -33,6 +34,12 @@ export class Eye {
     return found;
   }
 
+  // From this side, or from the opposite one where that is the view.
+  side(name) {
+    const {camera, orbit} = this.cell, from = this.flight ? this.flight.to.clone().sub(this.flight.at) : camera.position.clone().sub(orbit.target), there = new THREE.Vector3(...FROM[name]);
+    this.fit(from.angleTo(there) < ALIKE ? `${name} again` : name);
+  }
+
   // From `direction` (kept without one) so that all is in the picture, below the tools, with some air around it.
   fit(direction = null, of = null, fly = true) {
     const box = this.bounds(of), {cell} = this;
@@ -41,8 +48,8 @@ export class Eye {
     const target = box.getCenter(new THREE.Vector3()), frame = new THREE.Matrix4().lookAt(towards, new THREE.Vector3(), new THREE.Vector3(0, 0, 1));
     const [right, up] = [0, 1].map((axis) => new THREE.Vector3().setFromMatrixColumn(frame, axis)), corners = this.corners(of), look = frame.clone().invert(), seen = new THREE.Vector3();
     // Parts of half the picture: how far to the side, below and above things may be.
-    const {canvas} = cell, tools = canvas.parentElement.querySelector('#camera'), covered = of ? 0 : (tools.offsetTop + tools.offsetHeight) / Math.max(canvas.clientHeight, 1);
-    const high = Math.tan(THREE.MathUtils.degToRad(this.deep.fov / 2)), wide = high * this.deep.aspect, side = 0.93, below = 0.93, above = Math.max(0.97 - 2 * covered, 0.3);
+    const {canvas} = cell, tools = canvas.parentElement.querySelector('#camera'), scale = canvas.parentElement.querySelector('#scale-bar'), tall = Math.max(canvas.clientHeight, 1), covered = of ? 0 : (tools.offsetTop + tools.offsetHeight) / tall;
+    const high = Math.tan(THREE.MathUtils.degToRad(this.deep.fov / 2)), wide = high * this.deep.aspect, side = 0.93, below = of ? 0.93 : Math.max(0.97 - 2 * (tall - scale.offsetTop) / tall, 0.3), above = Math.max(0.97 - 2 * covered, 0.3);
     let distance = 0;
     // The middle of what is seen comes to the middle of the room for it: a few times, since what is near looks larger.
     for (let round = 0; round < 6; ++round) {

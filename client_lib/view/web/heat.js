@@ -1,7 +1,6 @@
 // Temperatures of Parts: the signals that have them, and their colours from the coldest to the hottest one of the scenario.
-import * as THREE from 'three';
+import {HEAT} from './scales.js';
 
-const COLORS = [0x2b4aa0, 0x8147a8, 0xcf4468, 0xf58a35, 0xfbe45c].map((color) => new THREE.Color(color));
 const LEAST_K = 10;  // of the scale
 
 export class Heat {
@@ -28,10 +27,8 @@ export class Heat {
 
   get ends() { return [this.low, Math.max(this.high, this.low + LEAST_K)]; }
 
-  color(value, color = new THREE.Color()) {
-    const [low, high] = this.ends, at = Math.min(Math.max((value - low) / (high - low), 0), 1) * (COLORS.length - 1), i = Math.min(Math.floor(at), COLORS.length - 2);
-    return color.copy(COLORS[i]).lerp(COLORS[i + 1], at - i);
+  color(value, color) {
+    const [low, high] = this.ends;
+    return HEAT.color((value - low) / (high - low), color);
   }
 }
-
-export const gradient = `linear-gradient(90deg,${COLORS.map((color) => `#${color.getHexString()}`).join()})`;

@@ -79,7 +79,7 @@ export class Inspector {
     this.row('torque', () => `${three(now().torque, 1, 3)} N m`);
     if (part) {
       const stands = () => ([SimulationState.paused, SimulationState.stopped].includes(this.status?.state) ? '' : 'pause the cell first');
-      const stopped = () => (this.status?.state === SimulationState.stopped ? '' : 'reset the cell first');
+      const stopped = () => (this.status?.state === SimulationState.stopped ? '' : 'stop the cell first');
       place.append(make('h3', 'Place, mm'));
       const at = ['x', 'y', 'z'].map((axis) => this.input((1000 * now().position[axis]).toFixed(3), {'aria-label': `${axis} in mm`, style: 'width:6em'}));
       this.actions(...at, this.button('put', 'set_entity_state', () => ({entity: of.name, position: at.map(({value}) => Number(value) / 1000)}), stands));

@@ -9,7 +9,7 @@ export class Link {
   // on: {open(info), closed(), channel(channel), sample(topic, sample, type, log, again)}; wants(channel): to be subscribed?
   // `again`: the sample is the last one of its topic once more, as a cell that stands sends it.
   constructor(url, on, wants) {
-    Object.assign(this, {url, on, wants, calls: new Map(), nextCall: 1, wait: 250});
+    Object.assign(this, {url, on, wants, calls: new Map(), nextCall: 1, wait: 250, received: 0});  // bytes
     this.connect();
   }
 
@@ -19,7 +19,10 @@ export class Link {
     const socket = (this.socket = new WebSocket(this.url, ['foxglove.websocket.v1']));
     socket.binaryType = 'arraybuffer';
     socket.onopen = () => { this.wait = 250; };
-    socket.onmessage = ({data}) => (typeof data === 'string' ? this.receiveText(JSON.parse(data)) : this.receiveBinary(data));
+    socket.onmessage = ({data}) => {
+      this.received += data.byteLength ?? data.length;
+      if (typeof data === 'string') this.receiveText(JSON.parse(data)); else this.receiveBinary(data);
+    };
     socket.onclose = () => {
       if (this.socket !== socket) return;
       for (const call of this.calls.values()) call.reject(new Error('the connection was lost'));

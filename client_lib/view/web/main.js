@@ -1,4 +1,4 @@
-import {Cell, STATES, STATE_COLORS, OPEN, CLOSED, GRIPS, FORCE, CONTACT, HOLDS, colorOf} from './cell.js';
+import {Cell, LONGEST, STATES, STATE_COLORS, OPEN, CLOSED, GRIPS, FORCE, CONTACT, HOLDS} from './cell.js';
 import {download} from './curve_export.js';
 import {$, counted, make} from './dom.js';
 import {ComponentType, Pace, PartState, SimulationState, nameOf} from './messages.js';
@@ -8,12 +8,13 @@ import {Link} from './link.js';
 import {Lower} from './lower.js';
 import {Menu} from './menu.js';
 import {Mover} from './mover.js';
-import {gradient} from './heat.js';
 import {isProgram} from './programs.js';
+import {HEAT, PRESSURE, quantity, roundDown} from './scales.js';
 import {SceneTree} from './scene_tree.js';
 import {frame, keyboard} from './shell.js';
 
 const RUNS = {no_scenario: 'no scenario', loading_scenario: 'loading'};
+const WATCHES = 'Observers may look, not touch.';
 const SHOWN = ['description', 'status', 'events', 'recorded_events', 'state', 'contacts'];
 const identityOf = (description) => description && [description.cell, description.scenario, description.scenario_generation, ...description.components.map(({name}) => name)].join('\n');
 const topicOf = (name) => name.replace(/^\/[^/]*\//, '');
@@ -41,7 +42,7 @@ frame((dark) => { cell.paint(dark); lower.repaint(); });
 // The view in the address, else the default view.
 const asked = (() => { try { return JSON.parse(decodeURIComponent(location.hash.slice(1)) || '{}'); } catch { return {}; } })();
 cell.setView(asked);
-for (const [id, name, factor] of [['by-state', 'byState'], ['by-temperature', 'byTemperature'], ['forces', 'forces'], ['contacts', 'contacts'], ['holding', 'holding'], ['edges', 'edges'], ['frames', 'frames'], ['scale', 'metresPerNewton', 1000]]) {
+for (const [id, name, factor] of [['by-state', 'byState'], ['by-temperature', 'byTemperature'], ['by-force', 'byForce'], ['forces', 'forces'], ['contacts', 'contacts'], ['holding', 'holding'], ['edges', 'edges'], ['frames', 'frames'], ['scale', 'metresPerNewton', 1000]]) {
   const value = asked.options?.[name];
   if (typeof value !== (factor ? 'number' : 'boolean')) continue;
   cell.options[name] = value;
@@ -58,7 +59,10 @@ const link = new Link(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${loca
     quiet = 0;
     hear();
     const observer = info.metadata.control !== 'true' || new URLSearchParams(location.search).has('observer');
-    for (const control of $('controls').querySelectorAll('button, input, select')) control.disabled = observer;
+    for (const control of $('controls').querySelectorAll('button, input, select')) {
+      control.dataset.says ??= control.title;
+      Object.assign(control, {disabled: observer, title: observer ? WATCHES : control.dataset.says});
+    }
     lower.open(info.metadata.source === 'file', observer);
     cell.files = info.metadata.files === 'true';
     subscribed.clear();
@@ -212,7 +216,7 @@ function rows() {
       $('levels').replaceChildren(...s.processes.map(({name, level_of_detail: level}) => {
         const label = make('label', s.processes.length === 1 ? 'LoD ' : `${name} LoD `), choice = make('select', '');
         for (const n of [1, 2, 3]) choice.append(new Option(n, n, false, n === level));
-        choice.disabled = $('play').disabled;
+        Object.assign(choice, {disabled: observer(), title: observer() ? WATCHES : 'level of detail'});
         choice.onchange = () => ask('set_level_of_detail', {level_of_detail: Number(choice.value), process: name});
         label.append(choice);
         return label;
@@ -243,20 +247,23 @@ function graph() {
   $('graph').replaceChildren(...drawing);
 }
 
-// The scale of the temperatures, while they are shown.
-function heatScale() {
-  const {heat, options} = cell, scale = $('heat-scale'), shown = options.byTemperature && heat.of.size > 0;
-  if (scale.hidden === shown) scale.hidden = !shown;
-  if (!shown) return;
-  const text = heat.ends.map((value) => `${value.toFixed(0)} °C`).join(' to ');
-  if (scale.lastChild.textContent !== text) scale.lastChild.textContent = text;
+// The scales of what is shown in colours.
+function scales() {
+  const {heat, options, scales: {force, pressure}, pressed, largest} = cell;
+  const pressing = options.contacts && cell.patches?.some(({disc}) => disc.visible) && pressure.end > 0;
+  for (const [id, shown, text] of [['heat-scale', options.byTemperature && heat.of.size > 0, () => heat.ends.map((value) => `${value.toFixed(0)} °C`).join(' to ')],
+    ['force-scale', options.byForce && force.end > 0 && (options.forces || options.contacts), () => force.text], ['pressure-scale', pressing, () => pressure.text]]) {
+    const scale = $(id);
+    if (scale.hidden === Boolean(shown)) scale.hidden = !shown;
+    if (shown && scale.lastChild.textContent !== text()) scale.lastChild.textContent = text();
+  }
 }
 
 function draw() {
   requestAnimationFrame(draw);
   if (drawn.status || drawn.state) {
     rows();
-    for (const [id, pressed] of [['play', SimulationState.playing], ['pause', SimulationState.paused]]) {
+    for (const [id, pressed] of [['play', SimulationState.playing], ['pause', SimulationState.paused], ['stop', SimulationState.stopped]]) {
       const is = String(phase() === pressed);
       if ($(id).ariaPressed !== is) $(id).ariaPressed = is;
     }
@@ -264,7 +271,7 @@ function draw() {
     if (time && $('clock').textContent !== time) $('clock').textContent = time;
     inspector.update(lower.state, last.status);
     handles();
-    heatScale();
+    scales();
   }
   if (drawn.graph) graph();
   lower.draw();
@@ -284,6 +291,7 @@ const on = (id, request, args = () => ({})) => { $(id).onclick = () => ask(reque
 const phase = () => (!playback ? last.status?.state : playback.playing ? SimulationState.playing : SimulationState.paused);
 on('play', 'set_state', () => ({state: 'playing'}));
 on('pause', 'set_state', () => ({state: 'paused'}));
+on('stop', 'set_state', () => ({state: 'stopped'}));
 on('step', 'step', () => ({steps: Number($('steps').value)}));
 on('reset', 'reset');
 $('pace').append(...Object.keys(Pace).map((pace) => new Option(pace)));
@@ -296,12 +304,10 @@ function listPairs(names) {
   for (const name of names)
     if (![...$('pressure').options].some(({value}) => value === name)) $('pressure').append(new Option(name));
 }
-const pressureText = (pascal) => (pascal >= 1e6 ? `${(pascal / 1e6).toPrecision(3)} MPa` : pascal >= 1e3 ? `${(pascal / 1e3).toPrecision(3)} kPa` : `${pascal.toPrecision(3)} Pa`);
 function pressureLegend(pairs) {
-  const scale = [0, 0.25, 0.5, 0.75, 1].map((part) => `#${colorOf(part, 1).getHexString()}`).join();
   $('pressures').hidden = !pairs.length;
-  $('pressures').replaceChildren(make('i', '', {style: `background:linear-gradient(90deg,${scale})`}), '0 to the largest of each pair:',
-    ...pairs.map((pair) => make('div', `${pairName(pair.base, pair.target)}: ${pressureText(pair.largest_pressure)}, ${pair.pressures.length} elements${pair.omitted ? ` of ${pair.pressures.length + pair.omitted}` : ''}`)));
+  $('pressures').replaceChildren(make('i', '', {style: `background:${PRESSURE.gradient}`}), '0 to the largest of each pair:',
+    ...pairs.map((pair) => make('div', `${pairName(pair.base, pair.target)}: ${quantity(pair.largest_pressure, 'Pa')}, ${pair.pressures.length} elements${pair.omitted ? ` of ${pair.pressures.length + pair.omitted}` : ''}`)));
 }
 // The server sends pressures while a client repeats its request. A recording has the pressures that were requested during it.
 function askForPressures(again) {
@@ -318,6 +324,7 @@ $('pressure').onchange = () => {
 
 const option = (id, name, value) => { $(id).onchange = () => { cell.options[name] = value($(id)); if (last.state) lookAt(); cell.setEdges(cell.options.edges); cell.setFrames(cell.options.frames); remember(); }; };
 option('by-state', 'byState', (box) => box.checked);
+option('by-force', 'byForce', (box) => box.checked);
 option('by-temperature', 'byTemperature', (box) => box.checked);
 option('forces', 'forces', (box) => box.checked);
 option('contacts', 'contacts', (box) => box.checked);
@@ -350,11 +357,11 @@ const mark = (color, name, kind = '') => inside('span', make('i', '', {class: ki
 const line = (...children) => inside('div', ...children);
 $('legend').replaceChildren(line('parts', ...Object.entries(STATES).map(([state, name]) => mark(STATE_COLORS[state], name))), line('grippers', mark(OPEN, 'open'), mark(CLOSED, 'commanded to close'), mark(GRIPS, 'on a part')),
   line('marks', mark(FORCE, 'force on a part', 'line'), mark(CONTACT, 'contact', 'line'), mark(HOLDS, 'holding relation', 'line')));
-$('heat-scale').firstChild.style.background = gradient;
+for (const [id, ramp] of [['heat-scale', HEAT], ['force-scale', cell.scales.force.ramp], ['pressure-scale', PRESSURE]]) $(id).querySelector('i').style.background = ramp.gradient;
 
 // --- what is looked at, and what is selected ------------------------------------------------------------------------
 let chosen = null, wanted = null, fitted = Boolean(asked.camera), generation = null, provisional = false;
-const inspector = new Inspector({ask, select, refusal: () => (playback ? 'A recording cannot be changed.' : observer() ? 'Observers may look, not touch.' : lower.past.shown ? 'The picture shows the past: go back to live first.' : link.socket.readyState !== WebSocket.OPEN ? 'There is no connection to the cell.' : '')});
+const inspector = new Inspector({ask, select, refusal: () => (playback ? 'A recording cannot be changed.' : observer() ? WATCHES : lower.past.shown ? 'The picture shows the past: go back to live first.' : link.socket.readyState !== WebSocket.OPEN ? 'There is no connection to the cell.' : '')});
 const tree = new SceneTree(select);
 const menu = new Menu({ask, refusal: () => inspector.refusal(), scenario: () => signals.description?.scenario,
   place: () => cell.orbit.target.toArray(), added: (name) => {
@@ -421,11 +428,19 @@ function first() {
 cell.onSize = cell.onGrown = () => { if (!fitted && generation !== null && !eye.past.length) eye.fit('iso', null, false); };
 cell.onDraw = () => {
   const {length, pixels} = eye.scale();
-  $('scale-bar').firstChild.style.width = `${pixels.toFixed(0)}px`;
-  $('scale-bar').lastChild.textContent = length >= 1 ? `${length} m` : `${Number((1000 * length).toPrecision(2))} mm`;
+  const [bar, arrow] = $('scale-bar').children, newton = cell.options.metresPerNewton * pixels / length, shown = (cell.options.forces || cell.options.contacts) && newton > 0;
+  bar.firstChild.style.width = `${pixels.toFixed(0)}px`;
+  bar.lastChild.textContent = length >= 1 ? `${length} m` : `${Number((1000 * length).toPrecision(2))} mm`;
+  // The longest arrow of a round force that has room beside it.
+  arrow.hidden = !shown;
+  if (!shown) return;
+  const force = roundDown(Math.min(120, LONGEST * pixels / length) / newton);
+  arrow.firstChild.style.width = `${(force * newton).toFixed(0)}px`;
+  arrow.lastChild.textContent = quantity(force, 'N');
 };
-const press = (id) => () => $(id).click();
-for (const button of document.querySelectorAll('[data-camera]')) button.onclick = () => eye.fit(button.dataset.camera);
+// A key that its button refuses has the button's reason.
+const press = (id) => () => { if ($(id).disabled) tell($(id).title); else $(id).click(); };
+for (const button of document.querySelectorAll('[data-camera]')) button.onclick = () => eye.side(button.dataset.camera);
 $('fit').onclick = () => eye.fit(null, cell.chosen);
 $('back').onclick = () => eye.back();
 const toggle = (id, changed) => { $(id).onclick = () => { const now = $(id).getAttribute('aria-pressed') !== 'true'; $(id).setAttribute('aria-pressed', String(now)); changed(now); }; };
@@ -441,6 +456,7 @@ $('cell').addEventListener('pointerup', (event) => {
 });
 const measuring = () => $('measure').getAttribute('aria-pressed') === 'true';
 const take = (hit) => tell(hit ? ruler.take(hit) : 'There is no surface at that point.');
+const onTimeline = () => document.activeElement === $('position');
 const inView = () => document.activeElement === $('cell') && !mover.handles.object;
 let hovered = 0;
 $('cell').addEventListener('pointermove', (event) => {
@@ -453,14 +469,16 @@ $('cell').addEventListener('pointermove', (event) => {
 $('cell').addEventListener('pointerleave', () => { $('hint').hidden = true; });
 const camera = (name) => () => document.querySelector(`[data-camera=${name}]`).click();
 keyboard([
-  [' ', 'run or pause', () => $(phase() === SimulationState.playing ? 'pause' : 'play').click()], ['.', 'step', press('step')], ['R', 'reset', press('reset')],
-  ['f', 'fit to the cell, or to what is selected', press('fit')], ['1', 'isometric', camera('iso')], ['2', 'front', camera('front')], ['3', 'right', camera('right')], ['4', 'top', camera('top')],
+  [' ', 'run or pause', () => press(phase() === SimulationState.playing ? 'pause' : 'play')()], ['.', 'step', press('step')], ['R', 'reset', press('reset')], ['s', 'stop', press('stop')],
+  ['f', 'fit to the cell, or to what is selected', press('fit')], ['1', 'isometric; this and the next three again: from the other side', camera('iso')], ['2', 'front', camera('front')], ['3', 'right', camera('right')], ['4', 'top', camera('top')],
   ['o', 'orthographic or perspective', press('orthographic')], ['z', 'previous view', press('back')], ['m', 'measure between two points', press('measure')], ['g', 'move the selected Part', press('move')], ['h', 'turn the selected Part', press('turn')],
   [Object.keys(STEPS), 'move it by 1 mm or 1°, with Shift by ten', nudge, () => moving && mover.handles.object], ['n', 'scenario, snapshots, recording', press('menu')], ['y', 'scenario file in the editor', press('edit')], ['p', 'programs of the robots', press('read-program')], ['Escape', 'select nothing', () => select(null)],
   ['c', 'colour by state', press('by-state')], ['e', 'edges', press('edges')], ['a', 'frames (axes)', press('frames')], ['/', 'find a component', () => { if (document.body.classList.contains('no-tree')) $('fold-tree').click(); $('find').focus(); }],
-  ['k', 'colour by temperature', () => { if (!$('heated').hidden) $('by-temperature').click(); }],
+  ['u', 'colour forces by their size', press('by-force')], ['k', 'colour by temperature', () => { if (!$('heated').hidden) $('by-temperature').click(); }],
   ['Enter', 'measure: take the point in the middle', () => take(eye.pick(eye.middle())), () => document.activeElement === $('cell') && measuring()],
   [['ArrowLeft', 'ArrowRight', 'ArrowUp', 'ArrowDown'], 'turn the view, with Shift move it', ({key, shiftKey}) => eye.turn(key, shiftKey), inView], [['+', '-'], 'nearer, farther', ({key}) => eye.near(key === '-' ? 1.25 : 0.8), inView],
+  [['+', '-'], 'timeline: nearer, farther', ({key}) => lower.timeline.zoom(key === '-' ? -1 : 1), onTimeline], ['0', 'timeline: all of the time', () => lower.timeline.fit(), onTimeline],
+  [['ArrowLeft', 'ArrowRight'], 'timeline: with Shift earlier, later', ({key}) => lower.timeline.move(key === 'ArrowLeft' ? -0.1 : 0.1), ({shiftKey}) => shiftKey && onTimeline()],
   ['t', 'scene tree', press('fold-tree')], ['i', 'inspector', press('fold-inspector')], ['b', 'timeline and curves', press('fold-bottom')], ['d', 'light or dark theme', press('theme')], ['l', 'live again, out of the history', press('live')], ['?', 'this list', press('help')],
 ]);
 

@@ -139,7 +139,7 @@ export class Plots {
       scales: {x: {time: false}, ...Object.fromEntries(units.map((unit, i) => [`y${i}`, {}]))},
       axes: [{...axis, size: 24}, ...units.map((unit, i) => side(i))],
       series: [{label: 's'}, ...curves.map((curve) => ({
-        label: curve.name, scale: `y${units.indexOf(curve.unit)}`, stroke: () => this.stroke(curve), width: 1.75, dash: this.dash(curve), points: {show: false}, gaps: (chart, i, from, to, gaps) => this.gaps(chart, curve, gaps)}))],
+        label: curve.name, scale: `y${units.indexOf(curve.unit)}`, stroke: () => this.stroke(curve), width: 1.75, dash: this.dash(curve), points: {show: ({data: [times]}) => times.length === 1, size: 5, fill: () => this.stroke(curve)}, gaps: (chart, i, from, to, gaps) => this.gaps(chart, curve, gaps)}))],
       cursor: {sync: {key: 'takt', setSeries: false, scales: ['x', null]}, drag: {x: true, y: false, setScale: false, dist: 5}, points: {size: 7}, y: false, bind: {dblclick: () => () => { this.zoom(null); return null; }}},
       hooks: {
         setSelect: [(chart) => {

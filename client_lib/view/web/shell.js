@@ -1,12 +1,12 @@
 // The frame of the page: icons, theme, panels that fold, keys and their list.
-import {Box, FileCode, FolderOpen, Keyboard, ListVideo, Maximize, Move3d, PanelBottom, PanelLeft, PanelRight, Pause, Play, Rotate3d, RotateCcw, Ruler, StepForward, SunMoon, Undo2, X, createElement} from 'lucide';
+import {Box, FileCode, FolderOpen, Keyboard, ListVideo, Maximize, Move3d, MoveHorizontal, PanelBottom, PanelLeft, PanelRight, Pause, Play, Rotate3d, RotateCcw, Ruler, Square, StepForward, SunMoon, Undo2, X, ZoomIn, ZoomOut, createElement} from 'lucide';
 import '@awesome.me/webawesome/dist/styles/themes/default.css';
 import '@awesome.me/webawesome/dist/components/dialog/dialog.js';
 import '@awesome.me/webawesome/dist/components/tree/tree.js';
 import '@awesome.me/webawesome/dist/components/tree-item/tree-item.js';
 import {$} from './dom.js';
 
-const ICONS = {Box, FileCode, FolderOpen, Keyboard, ListVideo, Maximize, Move3d, PanelBottom, PanelLeft, PanelRight, Pause, Play, Rotate3d, RotateCcw, Ruler, StepForward, SunMoon, Undo2, X};
+const ICONS = {Box, FileCode, FolderOpen, Keyboard, ListVideo, Maximize, Move3d, MoveHorizontal, PanelBottom, PanelLeft, PanelRight, Pause, Play, Rotate3d, RotateCcw, Ruler, Square, StepForward, SunMoon, Undo2, X, ZoomIn, ZoomOut};
 const PANELS = ['tree', 'inspector', 'bottom'];
 
 // What a user chose stays for the next visit; a browser may refuse to keep it.
@@ -44,7 +44,7 @@ export function frame(themed) {
   }
 }
 
-// keys: [key or keys, sentence, action(event), when()]; a press of a key does what its button does, except while one types.
+// keys: [key or keys, sentence, action(event), when(event)]; a press of a key does what its button does, except while one types.
 const SHOWN = {' ': 'space', ArrowLeft: '←', ArrowRight: '→', ArrowUp: '↑', ArrowDown: '↓', PageUp: 'page up', PageDown: 'page down'};
 export function keyboard(keys) {
   const rows = keys.map(([key, sentence]) => {
@@ -66,7 +66,7 @@ export function keyboard(keys) {
     if (at.matches?.('select, textarea, input:not([type=checkbox]):not([type=range]), [contenteditable=true]') || at.closest?.('.cm-editor')) return;
     if (event.key === ' ' && at.matches?.('button, input, summary, wa-tree-item')) return;  // the space bar presses what has the focus
     const pressed = event.key === '=' ? '+' : event.key;  // one key on many keyboards
-    const found = keys.find(([key, , , when]) => [key].flat().includes(pressed) && (!when || when()));
+    const found = keys.find(([key, , , when]) => [key].flat().includes(pressed) && (!when || when(event)));
     if (!found) return;
     event.preventDefault();
     found[2](event);

@@ -1,17 +1,19 @@
 // The timeline: events as marks, steps of the robots' programs as bars, the time that is shown as a handle. Of a recording all
-// of it, in seconds from its beginning; of a running cell the minutes that the page keeps, in simulated time.
+// of it, in seconds from its beginning; of a running cell the minutes that the page keeps, in simulated time; or a part of that.
 import {$, make} from './dom.js';
 import {Severity, nameOf} from './messages.js';
 import {gathered, saying} from './events.js';
+import {TimeWindow} from './time_window.js';
 
-const NEAR_PX = 6, PERIOD_MS = 100, EDGE_PX = 6, LEAST_S = 1, MOST_LINES = 6;
+const NEAR_PX = 6, PERIOD_MS = 100, EDGE_PX = 6, LEAST_S = 1, MOST_LINES = 6, DRAG_PX = 4;
+const STEP = 0.7;  // of the width, by a key, a button or a notch of the wheel
 const LANE_PX = 38, ROW_PX = 13, MOST_ROWS = 4;  // the rows of the bars lie below the handle's lane
 const COLORS = {[Severity.information]: '--soft', [Severity.warning]: '--warn', [Severity.error]: '--bad'};
 
 export class Timeline {
   // go(time): shows this time; null: the present. eventTime(event): its time here. stepTime(time): that of a simulated time.
   constructor({go, eventTime, stepTime}) {
-    Object.assign(this, {go, eventTime, stepTime, bars: [], drawnBars: [], from: 0, to: LEAST_S, newest: 0, at: null, jumped: null, pending: null, marks: [], events: [], drawn: -Infinity, dirty: true, recording: false});
+    Object.assign(this, {go, eventTime, stepTime, bars: [], drawnBars: [], window: new TimeWindow(), newest: 0, at: null, jumped: null, pending: null, marks: [], events: [], drawn: -Infinity, dirty: true, recording: false});
     const slider = $('position');
     this.canvas = $('timeline').querySelector('canvas');
     slider.oninput = () => this.slid(Number(slider.value));
@@ -33,20 +35,69 @@ export class Timeline {
     const {canvas} = this;
     canvas.addEventListener('pointermove', (event) => this.hoverBar(event));
     canvas.addEventListener('pointerleave', () => { $('marks').hidden = true; });
-    canvas.addEventListener('click', (event) => { const bar = this.barUnder(event); if (bar && !slider.disabled) this.jump(this.stepTime(bar.step.begin)); });
+    canvas.addEventListener('click', (event) => { const bar = this.barUnder(event); if (bar && !slider.disabled && !this.dragged) this.jump(this.stepTime(bar.step.begin)); });
+    this.pan();
+    $('nearer').onclick = () => this.zoom(1);
+    $('farther').onclick = () => this.zoom(-1);
+    $('all-times').onclick = () => this.fit();
     new ResizeObserver(() => this.touch()).observe($('timeline'));
   }
 
   touch() { this.dirty = true; }
+
+  // --- the part of the times that is seen -------------------------------------------------------------------------
+  get from() { return this.window.from; }
+  get to() { return this.window.to; }
+  // `at`: the time that stays in its place; without one that of the handle where it is seen, else the middle.
+  scale(factor, at = this.seen(this.at ?? this.newest) ? this.at ?? this.newest : (this.from + this.to) / 2) { if (this.window.scale(factor, at)) this.touch(); }
+  zoom(nearer) { this.scale(STEP ** nearer); }
+  move(part) { if (this.window.move(part * (this.to - this.from))) this.touch(); }
+  fit() { if (this.window.fit()) this.touch(); }
+  seen(time) { return time >= this.from && time <= this.to; }
+  timeAt(x) { return this.from + (x - EDGE_PX) / Math.max(this.width - 2 * EDGE_PX, 1) * (this.to - this.from); }
+
+  // The wheel zooms about the pointer, sideways or with Shift it moves. A drag beside the handle's lane moves, within it with Shift.
+  pan() {
+    const place = $('timeline'), slider = $('position'), x = (event) => event.clientX - place.getBoundingClientRect().left;
+    place.addEventListener('wheel', (event) => {
+      event.preventDefault();
+      const along = event.deltaX || (event.shiftKey ? event.deltaY : 0);
+      if (along) this.move(Math.sign(along) * 0.1); else if (event.deltaY) this.scale(event.deltaY < 0 ? STEP : 1 / STEP, this.timeAt(x(event)));
+    }, {passive: false});
+    place.addEventListener('dblclick', (event) => { if (event.target !== slider) this.fit(); });
+    slider.addEventListener('mousedown', (event) => { if (event.shiftKey) event.preventDefault(); });
+    let held = null;
+    place.addEventListener('pointerdown', (event) => {
+      this.dragged = false;
+      if (event.button === 0 && (event.target !== slider || event.shiftKey)) held = {x: x(event), from: this.from, to: this.to, pointer: event.pointerId};
+    });
+    place.addEventListener('pointermove', (event) => {
+      if (!held || (!this.dragged && Math.abs(x(event) - held.x) < DRAG_PX)) return;
+      if (!this.dragged) { this.dragged = true; place.setPointerCapture(held.pointer); place.classList.add('held'); }
+      const share = (held.x - x(event)) / Math.max(this.width - 2 * EDGE_PX, 1);
+      if (this.window.move(held.from + share * (held.to - held.from) - this.from)) this.touch();
+    });
+    for (const end of ['pointerup', 'pointercancel']) place.addEventListener(end, () => { held = null; place.classList.remove('held'); });
+  }
 
   // `at`: the time that is shown; null: the newest of a cell. A recording has its whole length from the start.
   show({from, to, at, recording = false}) {
     const newest = to;
     from = Math.max(Math.min(from, newest - LEAST_S), 0);
     to = Math.max(to, from + LEAST_S);
-    if (at !== this.at) Object.assign(this, {jumped: at === null || this.pending === null ? null : {time: this.pending, at}, pending: null});
-    if (from === this.from && newest === this.newest && to === this.to && at === this.at && recording === this.recording) return;
-    Object.assign(this, {from, to, newest, at, recording, dirty: true});
+    const before = this.at, asked = at !== null && at !== before ? this.pending : null;
+    if (at !== before) Object.assign(this, {jumped: asked === null ? null : {time: asked, at}, pending: null});
+    if (this.recording !== recording) this.window.fit();
+    const changed = this.window.within(from, to);
+    if (!changed && newest === this.newest && at === before && recording === this.recording) return;
+    const watched = before === null || this.seen(before);
+    Object.assign(this, {newest, at, recording, dirty: true});
+    // A cell that goes on moves what is seen, but not away from a time that is looked at. What is jumped to is seen, as is what
+    // plays.
+    if (at === null) { if (before !== null) this.window.follow(); } else {
+      this.window.hold();
+      if (at !== before && (asked !== null || watched)) this.window.reach(asked ?? at);
+    }
   }
   setEvents(events) { this.events = events; this.dirty = true; }
   // [{robot, steps}]
@@ -63,7 +114,7 @@ export class Timeline {
 
   slid(part) {
     const time = this.from + part * (this.to - this.from);
-    this.jump(!this.recording && (part > 0.999 || time >= this.newest) ? null : time);
+    this.jump(!this.recording && (time >= this.newest || (part > 0.999 && this.window.whole)) ? null : time);
   }
 
   // Both ends of the slider's way are half a handle inside.
@@ -80,6 +131,7 @@ export class Timeline {
     context.clearRect(0, 0, width, whole);
     context.fillStyle = color('--raised');
     context.fillRect(EDGE_PX, 14, width - 2 * EDGE_PX, height - 16);
+    this.drawPart(context, color);
     context.font = '11px system-ui, sans-serif';
     context.textBaseline = 'top';
     const rough = (to - from) / Math.max(Math.floor(width / 90), 1), power = 10 ** Math.floor(Math.log10(rough)), step = [1, 2, 5, 10].map((one) => one * power).find((one) => one >= rough);
@@ -103,7 +155,21 @@ export class Timeline {
     this.drawBars(context, color, whole);
     const slider = $('position'), value = ((this.at ?? this.newest) - from) / Math.max(to - from, 1e-9);
     if (!slider.matches(':active')) slider.value = value;
+    slider.classList.toggle('outside', value < 0 || value > 1 + 1e-9);
+    const {partial} = this.window;
+    $('timeline').classList.toggle('partial', partial);
+    for (const id of ['farther', 'all-times']) if ($(id).disabled === partial) $(id).disabled = !partial;
+    $('nearer').disabled = !this.window.divisible;
     slider.setAttribute('aria-valuetext', this.at === null ? 'live' : `${this.at.toFixed(2)} s`);
+  }
+
+  // Which part of all times is seen: a bar below the numbers.
+  drawPart(context, color) {
+    const {first, last, partial} = this.window, wide = this.width - 2 * EDGE_PX, length = Math.max(last - first, 1e-9);
+    if (!partial) return;
+    context.fillStyle = color('--accent');
+    const a = wide * (this.from - first) / length, b = wide * (this.to - first) / length;
+    context.fillRect(EDGE_PX + Math.min(a, wide - 3), 14, Math.max(b - a, 3), 2);
   }
 
   // A row for each robot. A step that goes on ends at the newest time.
@@ -132,7 +198,7 @@ export class Timeline {
       });
     });
     context.fillStyle = color('--accent');
-    context.fillRect(Math.round(Math.min(Math.max(this.place(this.at ?? this.newest), EDGE_PX), width - EDGE_PX)), LANE_PX, 1, whole - LANE_PX);
+    if (this.seen(this.at ?? this.newest)) context.fillRect(Math.round(this.place(this.at ?? this.newest)), LANE_PX, 1, whole - LANE_PX);
     context.textBaseline = 'top';
   }
   barUnder({offsetX: x, offsetY: y}) { return this.drawnBars.findLast(({a, b, top, bottom}) => x >= a && x <= b && y >= top && y < bottom) ?? null; }
