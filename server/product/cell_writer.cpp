@@ -98,7 +98,8 @@ class CellWriter::Writer {
  public:
   Writer(const Product& product, const Hierarchy& numbers, fs::path directory)
       : product_(product),
-        numbers_(numbers),
+        standing_numbers_(numbers),
+        numbers_(&standing_numbers_),
         directory_(std::move(directory)),
         placed_(place(product)),
         usual_friction_(usual_friction()) {
@@ -137,6 +138,13 @@ class CellWriter::Writer {
   void begin(const Disassembly& plan, const RobotPlan* robot) {
     plan_ = &plan;
     robot_ = robot;
+    numbers_ = &standing_numbers_;
+    if (robot != nullptr) {
+      Disassembly moved = plan;
+      moved.order = robot->order;
+      robot_numbers_ = hierarchy(product_, moved);
+      numbers_ = &robot_numbers_;
+    }
     result_ = {};
     result_.scenario = directory_ / (key_of(product_.name) + ".yaml");
     result_.notes = notes_;
@@ -196,7 +204,10 @@ class CellWriter::Writer {
     write_mesh(directory_ / kJaw, "jaw", box_mesh(Vec3(-w, 0.0, l), Vec3(w, g.finger_thickness_m, 2.0 * l)));
     const double half = 0.5 * g.largest_width_m + g.finger_thickness_m;
     write_mesh(directory_ / kBody, "body", box_mesh(Vec3(-2.0 * w, -half, 0.0), Vec3(2.0 * w, half, l)));
-    write_mesh(directory_ / kTray, "tray", box_mesh(robot_->tray_lower, robot_->tray_upper));
+    std::vector<NamedMesh> tray{{"tray", box_mesh(robot_->tray_lower, robot_->tray_upper), {}}};
+    for (const TriangleMesh& post : robot_->tray_posts)
+      tray.push_back({"post_" + std::to_string(tray.size()), post, {}});
+    write_objects(directory_ / kTray, tray);
     write(directory_ / kGantry, [&](std::ostream& out) { out << robot_description(*robot_); });
     write(result_.robot_program, [&](std::ostream& out) { out << robot_program(product_, *robot_); });
   }
@@ -205,7 +216,7 @@ class CellWriter::Writer {
     const GripperSize& g = robot_->gripper;
     std::string joints;
     for (const double q : home_joints(*robot_)) joints += (joints.empty() ? "" : ", ") + number_text(q);
-    out << "  Tray: {mesh: " << kTray << "}\n\n"
+    out << "  Tray: {mesh: " << kTray << (robot_->tray_posts.empty() ? "" : ", convex: objects") << "}\n\n"
         << "# Assumed: a gantry and a gripper that suit the sizes of the parts. Put your own robot in their "
            "place.\n"
         << "robots:\n  Robot1: {urdf: " << kGantry << ", initial_joints_rad: [" << joints << "]}\n\n"
@@ -215,11 +226,13 @@ class CellWriter::Writer {
         << ", initial_width_m: " << number_text(g.largest_width_m)
         << ",\n    jaw_speed_m_per_s: " << number_text(std::max(0.05, 4.0 * g.largest_width_m))
         << ", max_force_N: " << number_text(g.force_N) << ", mass_kg: 1, grasp: on_command}\n\n";
-    if (g.cup_diameter_m > 0.0)
-      out << "# For parts without opposite faces that the jaws can hold.\nvacuum_grippers:\n  Cup1: {at: "
-             "Gripper1, mount: {pose: {"
-          << pose(cup_mount(g)) << "}},\n    cups: [{diameter_m: " << number_text(g.cup_diameter_m)
-          << "}], pressure_Pa: " << number_text(g.cup_pressure_Pa) << "}\n\n";
+    if (!g.cups_m.empty()) out << "# For parts that the jaws cannot hold.\nvacuum_grippers:\n";
+    for (std::size_t k = 0; k < g.cups_m.size(); ++k)
+      out << "  Cup" << k + 1 << ": {at: Gripper1, mount: {pose: {" << pose(cup_mount(g, k))
+          << "}},\n    cups: [{diameter_m: " << number_text(g.cups_m[k])
+          << "}], pressure_Pa: " << number_text(g.cup_pressure_Pa)
+          << ", reach_m: " << number_text(cup_reach_m(g.cups_m[k])) << "}"
+          << (k + 1 == g.cups_m.size() ? "\n\n" : "\n");
     out << "controller: {program: " << name << ".lua}\n";
   }
 
@@ -273,7 +286,7 @@ class CellWriter::Writer {
     out << "\ngrounds:\n  Support: {mesh: meshes/Support.obj, convex: objects}   # assumed: a plate"
         << (posts_ > 0 ? " with " + std::to_string(posts_) + " posts" : "") << " under "
         << product_.instances[plan_->base].name
-        << (numbers_.floating.empty() ? "\n" : " and parts without contacts to it\n");
+        << (standing_numbers_.floating.empty() ? "\n" : " and parts without contacts to it\n");
     if (robot_ != nullptr) robot_sections(out, name);
     if (!product_.contacts.empty()) {
       out << "\n# What touches what:\n";
@@ -316,7 +329,7 @@ class CellWriter::Writer {
         << number_text(body.material.density_kg_m3, 5) << " kg/m3"
         << (body.material.assumed ? " (assumed)" : "") << '\n';
     out << "    {mesh: meshes/" << files_[instance.body] << ".obj" << convex_of(instance.body)
-        << ", mass_kg: " << number_text(mass, 8) << ", hierarchy: " << numbers_.numbers[i];
+        << ", mass_kg: " << number_text(mass, 8) << ", hierarchy: " << numbers_->numbers[i];
     if (body.colour)
       out << ",\n     color: [" << number_text((*body.colour)[0], 3) << ", "
           << number_text((*body.colour)[1], 3) << ", " << number_text((*body.colour)[2], 3) << ", "
@@ -435,13 +448,15 @@ class CellWriter::Writer {
       for (const std::size_t i : group) out << ' ' << product_.instances[i].name;
       out << '\n';
     }
-    for (const std::size_t i : numbers_.floating)
+    for (const std::size_t i : standing_numbers_.floating)
       out << "#   " << product_.instances[i].name
           << " touches no part that leaves later: at level 1 the support holds it.\n";
   }
 
   const Product& product_;
-  const Hierarchy& numbers_;
+  const Hierarchy& standing_numbers_;
+  Hierarchy robot_numbers_;   ///< by the order of its moves
+  const Hierarchy* numbers_;  ///< of the present cell
   const fs::path directory_;
   const Disassembly* plan_ = nullptr;  ///< of the present cell
   const RobotPlan* robot_ = nullptr;   ///< likewise; null: without

@@ -14,12 +14,111 @@ constexpr double kParallel = 1e-3;  ///< of the cosine
 constexpr double kMargin_m = 2e-4;  ///< between gripper and other parts
 constexpr double kSmallest_m = 1e-9;
 constexpr int kSteps = 24;  ///< places on the way out at which the tool is looked at
+constexpr const char* kMeetsSupport = "it meets the support on its way out";
 
 double area(const Polygon& polygon) {
   Vec3 sum = Vec3::Zero();
   for (std::size_t k = 2; k < polygon.size(); ++k)
     sum += (polygon[k - 1] - polygon[0]).cross(polygon[k] - polygon[0]);
   return 0.5 * sum.norm();
+}
+
+/// From which the tool may come to what leaves along `d`: never from below.
+std::vector<Vec3> sides_of(const Vec3& d) {
+  std::vector<Vec3> sides;
+  if (d.z() > -0.5) sides.push_back(d);
+  // The tray lies on the side of x.
+  for (const Vec3& side : {Vec3(0, 0, 1), Vec3(-1, 0, 0), Vec3(0, 1, 0), Vec3(0, -1, 0), Vec3(1, 0, 0)})
+    if (side.dot(d) > -kParallel && side.dot(d) < 0.999) sides.push_back(side);
+  return sides;
+}
+
+/// A part seen against a direction: how far it reaches along it, by place.
+class TopView {
+ public:
+  TopView(const PlacedInstance& part, const Vec3& out) {
+    axes_.row(2) = out.transpose();
+    axes_.row(0) = out.unitOrthogonal().transpose();
+    axes_.row(1) = out.cross(Vec3(axes_.row(0).transpose())).transpose();
+    BoxBuilder all;
+    for (const Triangle& t : part.triangles) {
+      const Triangle seen{axes_ * t[0], axes_ * t[1], axes_ * t[2]};
+      for (const Vec3& p : seen) all.add(p);
+      if (normal_of(seen).z() > 0.0) triangles_.push_back(seen);
+    }
+    from_ = all.box.lower.head<2>();
+    size_ = (all.box.upper - all.box.lower).head<2>().cwiseMax(kSmallest_m);
+    cells_.resize(static_cast<std::size_t>(kCells) * kCells);
+    for (std::size_t k = 0; k < triangles_.size(); ++k) {
+      const Triangle& t = triangles_[k];
+      const auto low = cell(t[0].cwiseMin(t[1]).cwiseMin(t[2]).head<2>()),
+                 high = cell(t[0].cwiseMax(t[1]).cwiseMax(t[2]).head<2>());
+      for (int i = low.x(); i <= high.x(); ++i)
+        for (int j = low.y(); j <= high.y(); ++j)
+          cells_[static_cast<std::size_t>(i * kCells + j)].push_back(k);
+    }
+  }
+
+  std::optional<double> height(const Eigen::Vector2d& at) const {
+    std::optional<double> highest;
+    if ((at.array() < from_.array()).any() || (at.array() > (from_ + size_).array()).any()) return highest;
+    const Eigen::Vector2i c = cell(at);
+    for (const std::size_t k : cells_[static_cast<std::size_t>(c.x() * kCells + c.y())]) {
+      const Triangle& t = triangles_[k];
+      if (!covers(t, at.x(), at.y(), 1.0)) continue;
+      const Vec3 n = normal_of(t);
+      const double z = t[0].z() - (n.x() * (at.x() - t[0].x()) + n.y() * (at.y() - t[0].y())) / n.z();
+      if (!highest || z > *highest) highest = z;
+    }
+    return highest;
+  }
+
+  Eigen::Vector2d middle() const { return from_ + 0.5 * size_; }
+  Eigen::Vector2d at_share(double u, double v) const {
+    return from_ + size_.cwiseProduct(Eigen::Vector2d(u, v));
+  }
+  Eigen::Vector2d seen(const Vec3& p) const { return (axes_ * p).head<2>(); }
+  Vec3 in_world(const Eigen::Vector2d& at, double z) const {
+    return axes_.transpose() * Vec3(at.x(), at.y(), z);
+  }
+
+ private:
+  static constexpr int kCells = 48;
+  Eigen::Vector2i cell(const Eigen::Vector2d& at) const {
+    const Eigen::Vector2d share = (at - from_).cwiseQuotient(size_) * kCells;
+    return share.array().floor().cwiseMax(0.0).cwiseMin(kCells - 1.0).cast<int>();
+  }
+
+  Mat3 axes_;  ///< rows
+  std::vector<Triangle> triangles_;
+  std::vector<std::vector<std::size_t>> cells_;
+  Eigen::Vector2d from_, size_;
+};
+
+/// Height of the lip of a cup that seals there. The lip gives way by a share of its radius; within it the part may be lower,
+/// as in the recess of a screw, but not open.
+std::optional<double> sealed_height(const TopView& view, const Eigen::Vector2d& at, double radius) {
+  constexpr int kRim = 16;
+  constexpr double kGives = 0.1, kFacets_m = 2e-5;
+  const auto around = [&](double share, int k) {
+    const double angle = 2.0 * M_PI * k / kRim;
+    return view.height(at + share * radius * Eigen::Vector2d(std::cos(angle), std::sin(angle)));
+  };
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const double share : {1.0, 0.9}) {
+    for (int k = 0; k < kRim; ++k) {
+      const auto here = around(share, k);
+      if (!here) return std::nullopt;
+      low = std::min(low, *here), high = std::max(high, *here);
+      if (high - low > kGives * radius + kFacets_m) return std::nullopt;
+    }
+  }
+  for (const double share : {0.0, 0.3, 0.6})
+    for (int k = 0; k < (share > 0.0 ? kRim : 1); ++k) {
+      const auto here = around(share, k);
+      if (!here || *here > high + kGives * radius + kFacets_m) return std::nullopt;
+    }
+  return high;
 }
 
 std::string millimetres(double length_m) {
@@ -77,7 +176,7 @@ bool GraspSearch::meets_support(const Removing& removing) const {
   return false;
 }
 
-/// Directions in which the jaws can close on opposite faces, across `out`.
+/// Directions across `out` in which opposite faces may lie, those that the faces suggest first.
 std::vector<Vec3> GraspSearch::jaw_axes(std::size_t held, const Vec3& out) const {
   std::vector<Vec3> axes;
   const auto add = [&](Vec3 axis) {
@@ -91,22 +190,25 @@ std::vector<Vec3> GraspSearch::jaw_axes(std::size_t held, const Vec3& out) const
     if (face.face.kind == SurfaceKind::plane) add(axis);
     if (face.face.kind != SurfaceKind::cylinder || face.face.concave) continue;
     const Vec3 across = out.cross(axis);
-    if (across.norm() > 0.999) add(across);
-    if (across.norm() > kParallel) continue;
-    const Vec3 x = out.unitOrthogonal(), y = out.cross(x);
-    for (int k = 0; k < 6; ++k) add(std::cos(k * M_PI / 6) * x + std::sin(k * M_PI / 6) * y);
+    if (across.norm() > kParallel) add(across.normalized());
   }
+  // Round and freeform ones.
+  const Vec3 x = out.unitOrthogonal(), y = out.cross(x);
+  for (int k = 0; k < 6; ++k) add(std::cos(k * M_PI / 6) * x + std::sin(k * M_PI / 6) * y);
   return axes;
 }
 
 /// What lies between the fingers: its width, and how much of both pads rests on it.
-std::optional<Grasp> GraspSearch::between(std::size_t held, const Vec3& out, const Vec3& jaws, double top,
-                                          double depth, double at) {
+std::optional<Grasp> GraspSearch::between(const std::vector<Triangle>& upper, std::size_t held,
+                                          const Vec3& out, const Vec3& jaws, double top, double depth,
+                                          double at) {
   const GripperSize& g = gripper_;
   const Vec3 across = jaws.cross(-out);
   std::vector<std::pair<Polygon, double>> pieces;  // with the normal's part along the jaws
   double from = std::numeric_limits<double>::infinity(), to = -from;
-  for (const Triangle& t : around_.now[held].triangles) {
+  for (const Triangle& t : upper) {
+    const auto [low, high] = std::minmax({t[0].dot(across), t[1].dot(across), t[2].dot(across)});
+    if (low > at + 0.5 * g.finger_width_m || high < at - 0.5 * g.finger_width_m) continue;
     Polygon polygon(t.begin(), t.end());
     clip(polygon, -out, depth - top);
     if (polygon.size() > 2) clip(polygon, across, at + 0.5 * g.finger_width_m);
@@ -132,7 +234,7 @@ std::optional<Grasp> GraspSearch::between(std::size_t held, const Vec3& out, con
     narrowest_m_ = narrowest_m_ > 0.0 ? std::min(narrowest_m_, width) : width;
     return std::nullopt;
   }
-  Grasp grasp{false, out, jaws, (top - depth) * out + 0.5 * (from + to) * jaws + at * across, width, 0.0};
+  Grasp grasp{0.0, out, jaws, (top - depth) * out + 0.5 * (from + to) * jaws + at * across, width, 0.0};
   const Vec3 lever = grasp.tip - 0.5 * (around_.now[held].box.lower + around_.now[held].box.upper);
   const double size = (around_.now[held].box.upper - around_.now[held].box.lower).norm();
   grasp.score =
@@ -151,9 +253,15 @@ std::vector<TurnedBox> GraspSearch::tool_boxes(const Grasp& grasp, const Vec3& b
                outer = 0.5 * grasp.width + g.opening_m + g.finger_thickness_m + kMargin_m,
                half = 0.5 * g.finger_width_m + kMargin_m,
                body = 0.5 * g.largest_width_m + g.finger_thickness_m;
-  if (grasp.by_cup) {
-    const double r = 0.5 * g.cup_diameter_m + kMargin_m;
-    return {{axes, tip + Vec3(-r, -r, kMargin_m), tip + Vec3(r, r, 2.0 * g.finger_length_m + longer)}};
+  if (grasp.cup_m > 0.0) {
+    const double r = 0.5 * grasp.cup_m + kMargin_m;
+    std::vector<TurnedBox> boxes;  // within the round arm
+    for (const double angle : {M_PI / 8, M_PI / 4, 3 * M_PI / 8}) {
+      const double x = r * std::cos(angle), y = r * std::sin(angle);
+      boxes.push_back(
+          {axes, tip + Vec3(-x, -y, kMargin_m), tip + Vec3(x, y, 2.0 * g.finger_length_m + longer)});
+    }
+    return boxes;
   }
   const double end = g.finger_length_m + longer;
   return {
@@ -181,7 +289,7 @@ std::string GraspSearch::obstacle(const std::vector<TurnedBox>& boxes,
 
 /// What the tool meets at the part, or with it on its way out.
 std::string GraspSearch::obstacle_on_the_way(const Grasp& grasp, const Removing& removing) const {
-  const std::set<std::size_t> touched = grasp.by_cup ? std::set<std::size_t>{} : std::set{removing.held};
+  const std::set<std::size_t> touched = grasp.cup_m > 0.0 ? std::set<std::size_t>{} : std::set{removing.held};
   std::string met = obstacle(tool_boxes(grasp, Vec3::Zero(), around_.reach_m), touched);
   for (int k = 1; k <= kSteps && met.empty() && grasp.out.dot(removing.direction) < 0.999; ++k)
     met = obstacle(tool_boxes(grasp, removing.way_m * k / kSteps * removing.direction, 0.0), removing.moving);
@@ -206,27 +314,25 @@ std::string GraspSearch::obstacle_on_the_way(const Grasp& grasp, const Removing&
 
 std::optional<Grasp> GraspSearch::by_fingers(const Removing& removing) {
   if (meets_support(removing)) {
-    reason_ = "it meets the support on its way out";
+    reason_ = kMeetsSupport;
     return std::nullopt;
   }
-  const Vec3& d = removing.direction;
-  std::vector<Vec3> sides;
-  if (d.z() > -0.5) sides.push_back(d);
-  // The tray lies on the side of x.
-  for (const Vec3& side : {Vec3(0, 0, 1), Vec3(-1, 0, 0), Vec3(0, 1, 0), Vec3(0, -1, 0), Vec3(1, 0, 0)})
-    if (side.dot(d) > -kParallel && side.dot(d) < 0.999) sides.push_back(side);
   narrowest_m_ = 0.0;
   std::string met;
-  for (const Vec3& out : sides) {
+  for (const Vec3& out : sides_of(removing.direction)) {
     const PlacedInstance& part = around_.now[removing.held];
     const Extent height = along(part, out);
+    const double deepest = std::min(gripper_.finger_width_m, 0.8 * (height.to - height.from));
+    std::vector<Triangle> upper;  // what the fingers can reach
+    for (const Triangle& t : part.triangles)
+      if (std::max({t[0].dot(out), t[1].dot(out), t[2].dot(out)}) > height.to - deepest) upper.push_back(t);
     std::vector<Grasp> candidates;
     for (const Vec3& jaws : jaw_axes(removing.held, out)) {
       const Extent across = along(part, jaws.cross(-out));
       for (const double share : {1.0, 0.5, 0.25}) {
         const double depth = std::min(share * gripper_.finger_width_m, 0.8 * (height.to - height.from));
         for (const double u : {0.5, 0.25, 0.75, 0.12, 0.88})
-          if (auto one = between(removing.held, out, jaws, height.to, depth,
+          if (auto one = between(upper, removing.held, out, jaws, height.to, depth,
                                  across.from + u * (across.to - across.from)))
             candidates.push_back(*one);
       }
@@ -249,55 +355,56 @@ std::optional<Grasp> GraspSearch::by_fingers(const Removing& removing) {
   return std::nullopt;
 }
 
-std::optional<Grasp> GraspSearch::by_cup(const Removing& removing) {
-  if (meets_support(removing)) return std::nullopt;
-  const double radius = 0.5 * gripper_.cup_diameter_m;
-  const Pose& moved = around_.moved[removing.held];
-  const Aabb& box = around_.now[removing.held].box;
-  const Vec3 middle = 0.5 * (box.lower + box.upper);
-  std::vector<Grasp> candidates;
-  for (const PlacedFace& face : around_.original[removing.held].faces) {
-    if (face.face.kind != SurfaceKind::plane || (moved.R * face.face.axis_B).z() < 1.0 - 1e-9) continue;
-    std::vector<Triangle> triangles;
-    BoxBuilder area;
-    for (const Triangle& t : face.triangles) {
-      triangles.push_back({moved * t[0], moved * t[1], moved * t[2]});
-      for (const Vec3& p : triangles.back()) area.add(p);
-    }
-    const auto seals = [&](double x, double y) {
-      constexpr int kRim = 16;
-      for (int k = 0; k <= 2 * kRim; ++k) {
-        const double r = k == 0 ? 0.0 : k % 2 == 0 ? radius : 0.5 * radius, angle = M_PI * k / kRim;
-        if (std::none_of(triangles.begin(), triangles.end(), [&](const Triangle& t) {
-              return covers(t, x + r * std::cos(angle), y + r * std::sin(angle), 1.0);
-            }))
-          return false;
-      }
-      return true;
-    };
-    constexpr int kCells = 12;
-    const Vec3 size = area.box.upper - area.box.lower;
-    const auto add = [&](double x, double y) {
-      if (!seals(x, y)) return;
-      const Vec3 tip(x, y, area.box.upper.z());
-      const double aside = std::hypot(x - middle.x(), y - middle.y());
-      candidates.push_back({true, Vec3::UnitZ(), Vec3::UnitY(), tip, 0.0, -aside});
-    };
-    add(middle.x(), middle.y());
-    for (int i = 1; i < kCells; ++i)
-      for (int j = 1; j < kCells; ++j)
-        add(area.box.lower.x() + size.x() * i / kCells, area.box.lower.y() + size.y() * j / kCells);
+/// Places for a cup on the side of `out`, best first.
+std::vector<Grasp> GraspSearch::cup_places(std::size_t held, const Vec3& out, double cup_m) const {
+  const TopView view(around_.now[held], out);
+  std::vector<Eigen::Vector2d> places{view.middle()};
+  // Heads of screws, and what else is round.
+  for (const PlacedFace& face : around_.original[held].faces) {
+    const bool round = face.face.kind == SurfaceKind::cylinder || face.face.kind == SurfaceKind::cone ||
+                       face.face.kind == SurfaceKind::torus || face.face.kind == SurfaceKind::sphere;
+    const Pose& moved = around_.moved[held];
+    if (!round || places.size() > 64) continue;
+    if (face.face.kind != SurfaceKind::sphere && (moved.R * face.face.axis_B).cross(out).norm() > kParallel)
+      continue;
+    places.push_back(view.seen(moved * face.face.point_B));
   }
-  std::stable_sort(candidates.begin(), candidates.end(),
+  constexpr int kCells = 12;
+  for (int i = 1; i < kCells; ++i)
+    for (int j = 1; j < kCells; ++j) places.push_back(view.at_share(1.0 * i / kCells, 1.0 * j / kCells));
+  std::vector<Grasp> result;
+  for (const Eigen::Vector2d& place : places) {
+    const auto height = sealed_height(view, place, 0.5 * cup_m);
+    if (!height) continue;
+    Grasp grasp;
+    grasp.cup_m = cup_m, grasp.out = out;
+    // The gripper stays beside the arm of the cup, not below it.
+    grasp.jaws = std::abs(out.z()) > 0.5 ? Vec3(Vec3::UnitY()) : Vec3(Vec3::UnitZ());
+    grasp.tip = view.in_world(place, *height);
+    grasp.score = -(place - view.middle()).norm();
+    result.push_back(grasp);
+  }
+  std::stable_sort(result.begin(), result.end(),
                    [](const Grasp& a, const Grasp& b) { return a.score > b.score; });
-  std::string met;
-  for (const Grasp& one : candidates) {
-    const std::string obstacle = obstacle_on_the_way(one, removing);
-    if (obstacle.empty()) return one;
-    if (met.empty()) met = obstacle;
+  return result;
+}
+
+std::optional<Grasp> GraspSearch::by_cup(const Removing& removing, double cup_m) {
+  if (meets_support(removing)) {
+    reason_ = kMeetsSupport;
+    return std::nullopt;
   }
-  reason_ = met.empty() ? "no place on top of it is flat enough for a cup of " + millimetres(2.0 * radius)
-                        : "on top of it the cup meets " + met;
+  std::string met;
+  for (const Vec3& out : sides_of(removing.direction)) {
+    if (out.z() < 0.5 && std::abs(out.z()) > kParallel) continue;
+    for (const Grasp& one : cup_places(removing.held, out, cup_m)) {
+      const std::string obstacle = obstacle_on_the_way(one, removing);
+      if (obstacle.empty()) return one;
+      if (met.empty()) met = obstacle;
+    }
+  }
+  reason_ = met.empty() ? "no place on it is even enough for a cup of " + millimetres(cup_m)
+                        : "the cup meets " + met;
   return std::nullopt;
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// Where a gripper can hold a part: opposite faces for its fingers, or a flat place for its suction cup.
+// Where a gripper can hold a part: opposite faces for its fingers, or a place that a suction cup seals.
 #include <optional>
 #include <set>
 #include <string>
@@ -12,10 +12,10 @@ namespace takt::product {
 
 /// How a part is held; in the world.
 struct Grasp {
-  bool by_cup = false;
-  Vec3 out;   ///< from the part towards the tool
-  Vec3 jaws;  ///< axis of the jaws
-  Vec3 tip;   ///< tool centre point, or lip of the cup
+  double cup_m = 0.0;  ///< diameter of the suction cup that holds it; 0: the fingers do
+  Vec3 out;            ///< from the part towards the tool
+  Vec3 jaws;           ///< axis of the jaws
+  Vec3 tip;            ///< tool centre point, or lip of the cup
   double width = 0.0, score = 0.0;
 };
 
@@ -54,18 +54,20 @@ class GraspSearch {
   /// The best grasp whose fingers reach the part, and carry it out, without meeting anything. The tool comes along the
   /// removal, from above or from a side; never from below.
   std::optional<Grasp> by_fingers(const Removing& removing);
-  /// A place for the cup on a face that points upwards, nearest to the middle of the part.
-  std::optional<Grasp> by_cup(const Removing& removing);
+  /// The place nearest to the middle of the part that a cup of this diameter seals: its lip lies on the part all around, and
+  /// no hole leads through the part within it. The cup comes from above, along the removal, or from a side.
+  std::optional<Grasp> by_cup(const Removing& removing, double cup_m);
   /// Why the last search found none: one phrase.
   const std::string& reason() const { return reason_; }
 
  private:
   std::vector<Vec3> jaw_axes(std::size_t held, const Vec3& out) const;
-  std::optional<Grasp> between(std::size_t held, const Vec3& out, const Vec3& jaws, double top, double depth,
-                               double at);
+  std::optional<Grasp> between(const std::vector<Triangle>& upper, std::size_t held, const Vec3& out,
+                               const Vec3& jaws, double top, double depth, double at);
   std::vector<TurnedBox> tool_boxes(const Grasp& grasp, const Vec3& by, double longer) const;
   std::string obstacle(const std::vector<TurnedBox>& boxes, const std::set<std::size_t>& without) const;
   bool meets_support(const Removing& removing) const;
+  std::vector<Grasp> cup_places(std::size_t held, const Vec3& out, double cup_m) const;
   std::string obstacle_on_the_way(const Grasp& grasp, const Removing& removing) const;
 
   const Surroundings& around_;

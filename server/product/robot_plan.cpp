@@ -20,7 +20,10 @@ constexpr double kJawFriction = 0.15;  ///< assumed: dry steel on steel
 constexpr double kGripMargin = 3.0;
 constexpr double kGravity_m_per_s2 = 9.81;
 constexpr double kCupPressure_Pa = 6e4;  ///< of an ejector
-constexpr double kSmallestCup_m = 0.004;
+constexpr std::size_t kMostCups = 2;
+/// Diameters of suction cups (mm).
+constexpr double kCups_mm[] = {1,  1.5, 2,  3,  4,  5,  6,   8,   10,  12,  16, 20,
+                               25, 32,  40, 50, 63, 80, 100, 125, 160, 200, 250};
 constexpr double kParallel = 1e-3;  ///< of the cosine
 constexpr double kClear_m = 0.005;  ///< beyond what a part leaves behind
 constexpr double kNear_m = 0.02;    ///< the last way to a part
@@ -32,28 +35,57 @@ Pose tool(const Grasp& grasp, const GripperSize& gripper) {
   pose.R.col(1) = grasp.jaws;
   pose.R.col(0) = pose.R.col(1).cross(pose.R.col(2));
   if (pose.R.col(0).z() < 0.0) pose.R.col(0) *= -1.0, pose.R.col(1) *= -1.0;
-  if (!grasp.by_cup) return pose;
+  if (grasp.cup_m == 0.0) return pose;
   const Pose X_GTcp{Mat3::Identity(), Vec3(0, 0, 2.0 * gripper.finger_length_m)};
-  return pose * cup_mount(gripper).inverse() * X_GTcp;
+  const auto cup = std::find(gripper.cups_m.begin(), gripper.cups_m.end(), grasp.cup_m);
+  return pose *
+         cup_mount(gripper, static_cast<std::size_t>(cup - gripper.cups_m.begin()) % kMostCups).inverse() *
+         X_GTcp;
 }
 
 Pose moved(const Pose& pose, const Vec3& by) {
   return {pose.R, pose.p + by};
 }
 
+/// Of a part that no finger holds: the smallest cup that carries it, and the largest that it seals.
+struct CupRange {
+  double from_m = 0.0, to_m = 0.0;
+};
+
+/// Those that suit most parts, the smaller ones of equal choices.
+std::vector<double> choose_cups(const std::vector<CupRange>& ranges) {
+  std::set<double> sizes;
+  for (const CupRange& range : ranges) sizes.insert(range.from_m);
+  std::vector<double> best;
+  std::ptrdiff_t most = 0;
+  const auto consider = [&](const std::vector<double>& cups) {
+    const auto served = std::count_if(ranges.begin(), ranges.end(), [&](const CupRange& range) {
+      return std::any_of(cups.begin(), cups.end(),
+                         [&](double cup) { return cup >= range.from_m && cup <= range.to_m; });
+    });
+    if (served > most) most = served, best = cups;
+  };
+  for (const double one : sizes) consider({one});
+  for (auto one = sizes.begin(); one != sizes.end(); ++one)
+    for (auto other = std::next(one); other != sizes.end(); ++other) consider({*one, *other});
+  return best;
+}
+
 class Planner {
  public:
+  /// Without `cups_m` each part that fingers do not hold has a cup of its own: to find out which are needed.
   Planner(const Product& product, const Disassembly& plan, const std::map<std::size_t, std::string>& refused,
-          double cup_diameter_m)
+          const std::optional<std::vector<double>>& cups_m)
       : product_(product),
         plan_(plan),
         refused_(refused),
+        cups_m_(cups_m),
         removal_(product),
         group_(product.instances.size(), 0) {
     around_.original = around_.now = place(product);
     around_.moved.resize(product.instances.size());
     for (const Instance& instance : product.instances) around_.names.push_back(instance.name);
-    result_.gripper.cup_diameter_m = cup_diameter_m;
+    result_.gripper.cups_m = cups_m.value_or(std::vector<double>{});
     result_.gripper.cup_pressure_Pa = kCupPressure_Pa;
   }
 
@@ -66,7 +98,7 @@ class Planner {
     const Support support = support_of(product_, around_.now, plan_);
     for (const TriangleMesh& mesh : support.boxes) around_.fixed.push_back(placed(mesh));
     floor_ = around_.floor_m = support.floor_m;
-    around_.reach_m = size.norm();
+    around_.reach_m = result_.size_m = size.norm();
     gap_ = 2.0 * (result_.gripper.finger_thickness_m + result_.gripper.opening_m) + 0.002;
     row_x_ = whole_.box.upper.x() + 0.2 * std::max(size.x(), size.y()) + gap_;
     row_y_ = whole_.box.lower.y();
@@ -80,11 +112,12 @@ class Planner {
     make_all();
     result_.gripper.force_N = kLeastForce_N;
     for (const RobotMove& move : result_.moves) {
-      if (move.by_cup) continue;
+      if (move.cup) continue;
       result_.gripper.force_N =
           std::max(result_.gripper.force_N,
                    std::ceil(kGripMargin * mass_of(move.parts) * kGravity_m_per_s2 / kJawFriction));
     }
+    result_.order = order_of(0);
     result_.tray_lower = tray_from_;
     result_.tray_upper = tray_to_ + Vec3(gap_, gap_, 0.0);
     const Vec3 middle = 0.5 * (whole_.box.lower + whole_.box.upper);
@@ -93,8 +126,7 @@ class Planner {
     return std::move(result_);
   }
 
-  /// Of the cup that carries all parts that find no grasp of the fingers (m).
-  double wanted_cup_m() const { return wanted_cup_m_; }
+  const std::vector<CupRange>& cup_ranges() const { return cup_ranges_; }
 
  private:
   void size_gripper() {
@@ -131,14 +163,17 @@ class Planner {
   void make_all() {
     struct Pending {
       RemovalStep step;
+      std::set<std::size_t> company;
       std::size_t from;  ///< group
-      std::string why;
+      Hindrance why;
     };
     std::vector<Pending> pending;
-    for (const RemovalStep& step : plan_.steps) {
+    const std::vector<std::set<std::size_t>> companies = planned_companies();
+    for (std::size_t k = 0; k < plan_.steps.size(); ++k) {
+      const RemovalStep& step = plan_.steps[k];
       const std::size_t from = group_[step.parts.front()];
-      const std::string why = make(step);
-      if (!why.empty()) pending.push_back({step, from, why});
+      const Hindrance why = make(step, companies[k]);
+      if (!why.reason.empty()) pending.push_back({step, companies[k], from, why});
     }
     for (bool progress = true; progress;) {
       progress = false;
@@ -147,56 +182,82 @@ class Planner {
         // Parts of a group that have left it one by one are done.
         std::erase_if(one.step.parts, [&](std::size_t i) { return group_[i] != one.from; });
         if (one.step.parts.empty()) continue;
-        one.why = make(one.step);
-        if (one.why.empty())
+        one.why = make(one.step, one.company);
+        if (one.why.reason.empty())
           progress = true;
         else
           left.push_back(std::move(one));
       }
       pending = std::move(left);
     }
+    std::map<std::string, std::size_t> followers;  // by reason: its note
     for (const Pending& one : pending) {
-      std::string name = to_string(one.step.loosening);
+      std::string parts;
       for (const std::size_t i : one.step.parts)
-        name += (i == one.step.parts.front() ? " " : ", ") + around_.names[i];
-      result_.notes.push_back("The robot does not " + name + ": " + one.why);
+        parts += (i == one.step.parts.front() ? "" : ", ") + around_.names[i];
+      if (one.why.of_order) {
+        const auto [known, is_new] = followers.try_emplace(one.why.reason, result_.notes.size());
+        if (!is_new) {
+          std::string& note = result_.notes[known->second];
+          note += (note.find("; nor ") == std::string::npos ? "; nor " : ", ") + parts;
+          continue;
+        }
+      }
+      result_.notes.push_back("The robot does not " + std::string(to_string(one.step.loosening)) + " " +
+                              parts + ": " + one.why.reason);
+    }
+    for (const std::vector<std::size_t>& group : plan_.stuck) {
+      std::string parts;
+      for (const std::size_t i : group) parts += (i == group.front() ? "" : ", ") + around_.names[i];
+      result_.notes.push_back("The robot leaves together " + parts + ": no straight motion parts them");
     }
   }
 
-  /// Makes the removal unless what stays hinders it. Returns the reason if it is not possible, else an empty text.
-  std::string make(const RemovalStep& step) {
-    std::string why;
+  /// Why a removal is not possible; without a reason: it is.
+  struct Hindrance {
+    std::string reason;
+    bool of_order = false;  ///< the reason is a part that stays
+  };
+
+  /// By step of the plan: what was still with the parts of the step when it was planned, and does not hinder it.
+  std::vector<std::set<std::size_t>> planned_companies() const {
+    std::vector<std::set<std::size_t>> result;
+    std::vector<std::size_t> group(group_.size(), 0);
+    for (const RemovalStep& step : plan_.steps) {
+      const std::size_t own = group[step.parts.front()];
+      result.emplace_back();
+      for (const std::size_t i : step.parts) group[i] = result.size();
+      for (std::size_t i = 0; i < group.size(); ++i)
+        if (group[i] == own) result.back().insert(i);
+    }
+    return result;
+  }
+
+  /// Makes the removal unless what stays hinders it.
+  Hindrance make(const RemovalStep& step, const std::set<std::size_t>& company) {
+    Hindrance why;
     for (const std::size_t i : step.parts) {
       const auto refused = refused_.find(i);
-      if (refused != refused_.end()) why = refused->second;
+      if (refused != refused_.end()) why.reason = refused->second;
     }
-    if (why.empty()) why = obstacle_of_order(step);
-    if (why.empty()) why = try_to_make(step);
-    for (const std::size_t i : step.parts) {
-      if (why.empty())
-        stays_.erase(i);
-      else
-        stays_.insert(i);
-    }
+    if (why.reason.empty()) why = {obstacle_of_order(step, company), true};
+    if (why.reason.empty()) why = {try_to_make(step), false};
     return why;
   }
 
   /// What stays, as the robot could not remove it, may be in the way of the parts, or fall without them. Empty: it is not.
-  std::string obstacle_of_order(const RemovalStep& step) {
+  std::string obstacle_of_order(const RemovalStep& step, const std::set<std::size_t>& company) {
     const std::set<std::size_t> moving(step.parts.begin(), step.parts.end());
-    const bool out_of_order =
-        std::any_of(moving.begin(), moving.end(), [&](std::size_t i) { return stays_.contains(i); });
     const auto& directions = removal_.directions();
     const auto d = static_cast<std::size_t>(
         std::find_if(directions.begin(), directions.end(),
                      [&](const Vec3& one) { return (one - step.direction_W).norm() < 1e-6; }) -
         directions.begin());
     for (std::size_t b = 0; b < group_.size(); ++b) {
-      if (moving.contains(b) || group_[b] != group_[step.parts.front()]) continue;
-      if (!stays_.contains(b) && !out_of_order) continue;
+      if (moving.contains(b) || company.contains(b) || group_[b] != group_[step.parts.front()]) continue;
       for (const std::size_t a : moving)
         if (d < directions.size() && removal_.blocked(a, d, b)) return around_.names[b] + " is in the way";
-      if (stays_.contains(b) && falls(b, moving)) return around_.names[b] + " would fall";
+      if (b != plan_.base && falls(b, moving)) return around_.names[b] + " would fall";
     }
     return "";
   }
@@ -225,6 +286,9 @@ class Planner {
     for (const std::size_t i : step.parts)
       if (around_.now[i].mass_kg > around_.now[removing.held].mass_kg) removing.held = i;
     const std::size_t held = removing.held;
+    if (const auto loose = not_carried(step.parts, held))
+      return around_.names[*loose] +
+             " would stay behind, as it touches none of these parts that leaves later";
     removing.mass_kg = mass_of(step.parts);
     const Vec3 d = removing.direction = around_.moved[held].R * step.direction_W;
     // Out of the boxes of all that stays where it is.
@@ -239,13 +303,16 @@ class Planner {
     std::optional<Grasp> found = search.by_fingers(removing);
     if (!found) {
       const std::string why = search.reason();
-      if (d.z() < -kParallel) return why + "; a cup cannot lower it";
-      wanted_cup_m_ = std::max(wanted_cup_m_, cup_for(removing.mass_kg));
-      if (result_.gripper.cup_diameter_m > 0.0) found = search.by_cup(removing);
+      found = with_cup(search, removing);
       if (!found) return why == search.reason() ? why : why + "; " + search.reason();
     }
     RobotMove move;
-    move.held = held, move.parts = step.parts, move.by_cup = found->by_cup;
+    move.held = held, move.parts = step.parts;
+    from_.push_back(group_[held]);
+    if (found->cup_m > 0.0)
+      move.cup = static_cast<std::size_t>(
+          std::find(result_.gripper.cups_m.begin(), result_.gripper.cups_m.end(), found->cup_m) -
+          result_.gripper.cups_m.begin());
     move.name = std::string(to_string(step.loosening)) + " " + around_.names[held];
     move.width_m = found->width;
     move.grasp = tool(*found, result_.gripper);
@@ -256,9 +323,69 @@ class Planner {
     move.out = moved(move.grasp, way * d);
     if (d.z() < -kParallel) move.aside = moved(move.out, around_.reach_m * found->out);
     move.lift = at_height(move.aside.value_or(move.out));
-    lay_down(step, *found, move);
+    if (!lay_down(step, *found, move)) {
+      from_.pop_back();
+      return "laid down, " + around_.names[held] +
+             " would stand on other parts that leave with it, with no place for a post under it";
+    }
     result_.moves.push_back(std::move(move));
     return "";
+  }
+
+  /// Of the parts of a group: those that leave it in the order of the moves, then those that stay in it.
+  std::vector<std::size_t> order_of(std::size_t group) const {
+    std::vector<std::size_t> order;
+    for (std::size_t k = 0; k < result_.moves.size(); ++k) {
+      if (from_[k] != group) continue;
+      const std::vector<std::size_t> inner = order_of(k + 1);
+      order.insert(order.end(), inner.begin(), inner.end());
+    }
+    for (const std::size_t i : plan_.order)
+      if (group_[i] == group) order.push_back(i);
+    return order;
+  }
+
+  /// A part that no chain of contacts joins to the held one, each with a part that leaves later.
+  std::optional<std::size_t> not_carried(std::vector<std::size_t> parts, std::size_t held) const {
+    std::sort(parts.begin(), parts.end(),
+              [&](std::size_t a, std::size_t b) { return leaves_[a] > leaves_[b]; });
+    std::set<std::size_t> carried{held};
+    for (const std::size_t part : parts) {
+      if (part == held) continue;
+      const bool hangs =
+          std::any_of(product_.contacts.begin(), product_.contacts.end(), [&](const Contact& contact) {
+            if (contact.first != part && contact.second != part) return false;
+            const std::size_t other = contact.first == part ? contact.second : contact.first;
+            return carried.contains(other) && leaves_[other] > leaves_[part];
+          });
+      if (!hangs) return part;
+      carried.insert(part);
+    }
+    return std::nullopt;
+  }
+
+  /// With the smallest cup that carries it.
+  std::optional<Grasp> with_cup(GraspSearch& search, const Removing& removing) {
+    const double least_m = cup_for(removing.mass_kg);
+    if (cups_m_) {
+      for (const double cup_m : *cups_m_)
+        if (cup_m >= least_m)
+          if (auto found = search.by_cup(removing, cup_m)) return found;
+      const bool tried =
+          std::any_of(cups_m_->begin(), cups_m_->end(), [&](double cup_m) { return cup_m >= least_m; });
+      if (!tried) search.by_cup(removing, least_m);  // for the reason
+      return std::nullopt;
+    }
+    std::optional<Grasp> first;
+    for (const double mm : kCups_mm) {
+      const double cup_m = 1e-3 * mm;
+      if (cup_m < least_m) continue;
+      const auto found = search.by_cup(removing, cup_m);
+      if (!found) break;
+      if (!first) first = found, cup_ranges_.push_back({cup_m, cup_m});
+      cup_ranges_.back().to_m = cup_m;
+    }
+    return first;
   }
 
   /// The way out of the boxes of what stays and is touched (m).
@@ -275,8 +402,8 @@ class Planner {
     return way;
   }
 
-  /// Onto the tray, with the grasp upwards.
-  void lay_down(const RemovalStep& step, const Grasp& grasp, RobotMove& move) {
+  /// Onto the tray, with the grasp upwards. False, and nothing has moved, where the held part finds no footing there.
+  bool lay_down(const RemovalStep& step, const Grasp& grasp, RobotMove& move) {
     Pose put{Eigen::Quaterniond::FromTwoVectors(grasp.out, Vec3::UnitZ()).toRotationMatrix(), Vec3::Zero()};
     const auto turn = [&](const Pose& by) {
       BoxBuilder all;
@@ -290,11 +417,33 @@ class Planner {
       }
       return all.box;
     };
-    put.p = slot(turn(put));
+    const Aabb turned = turn(put);
+    constexpr double kStands_m = 1e-6;
+    std::vector<TriangleMesh> posts;
+    if (around_.now[move.held].box.lower.z() - turned.lower.z() > kStands_m) {
+      std::vector<PlacedInstance> group;
+      std::size_t held = 0;
+      for (const std::size_t i : step.parts) {
+        if (i == move.held) held = group.size();
+        group.push_back(around_.now[i]);
+      }
+      posts = posts_under(group, held, turned.lower.z());
+      if (posts.empty()) {
+        turn(put.inverse());
+        return false;
+      }
+    }
+    put.p = slot(turned);
     turn({Mat3::Identity(), put.p});
+    for (TriangleMesh& post : posts) {
+      for (Vec3& v : post.vertices) v += put.p;
+      around_.fixed.push_back(placed(post));
+      result_.tray_posts.push_back(std::move(post));
+    }
     for (const std::size_t i : step.parts) group_[i] = result_.moves.size() + 1;
     move.put = put * move.grasp;
     move.over = at_height(move.put);
+    return true;
   }
 
   static PlacedInstance placed(const TriangleMesh& mesh) {
@@ -314,10 +463,12 @@ class Planner {
     return mass_kg;
   }
 
-  /// In whole millimetres (m).
+  /// Diameter of the smallest one that carries it (m).
   static double cup_for(double mass_kg) {
     const double area = kGripMargin * mass_kg * kGravity_m_per_s2 / kCupPressure_Pa;
-    return std::max(kSmallestCup_m, 1e-3 * std::ceil(1e3 * std::sqrt(4.0 * area / M_PI)));
+    const double least_mm = 1e3 * std::sqrt(4.0 * area / M_PI);
+    const auto size = std::lower_bound(std::begin(kCups_mm), std::end(kCups_mm), least_mm);
+    return 1e-3 * (size != std::end(kCups_mm) ? *size : std::ceil(least_mm));
   }
 
   Pose at_height(const Pose& pose) const {
@@ -327,13 +478,14 @@ class Planner {
   const Product& product_;
   const Disassembly& plan_;
   const std::map<std::size_t, std::string>& refused_;
+  const std::optional<std::vector<double>>& cups_m_;
   Removal removal_;
   Surroundings around_;
   std::vector<std::size_t>
       group_;  ///< by instance: 0 in the product, else the move that brought it onto the tray
+  std::vector<std::size_t> from_;    ///< by move: the group that its parts leave
   std::vector<std::size_t> leaves_;  ///< by instance: place in the order of disassembly
-  std::set<std::size_t> stays_;      ///< parts that the robot could not remove
-  double wanted_cup_m_ = 0.0;
+  std::vector<CupRange> cup_ranges_;
   BoxBuilder whole_;
   double floor_ = 0.0, safe_ = 0.0, gap_ = 0.0, row_x_ = 0.0, row_y_ = 0.0, row_end_ = 0.0, row_width_ = 0.0;
   Vec3 tray_from_ = Vec3::Zero(), tray_to_ = Vec3::Zero();
@@ -342,27 +494,28 @@ class Planner {
 
 }  // namespace
 
-Pose cup_mount(const GripperSize& gripper) {
-  Pose X_GH{Mat3::Identity(), Vec3(2.0 * gripper.finger_length_m, 0.0, 0.5 * gripper.finger_length_m)};
-  X_GH.R << 0, 0, 1, 0, 1, 0, -1, 0, 0;  // z along the arm, which is the x axis of the gripper
+Pose cup_mount(const GripperSize& gripper, std::size_t cup) {
+  const double side = cup == 0 ? 1.0 : -1.0;
+  Pose X_GH{Mat3::Identity(), Vec3(side * 2.0 * gripper.finger_length_m, 0.0, 0.5 * gripper.finger_length_m)};
+  X_GH.R << 0, 0, side, 0, side, 0, -1, 0, 0;  // z along the arm, which is along the x axis of the gripper
   return X_GH;
+}
+
+double cup_reach_m(double cup_m) {
+  return std::clamp(0.1 * cup_m, 2e-4, 2e-3);
 }
 
 RobotPlan plan_robot(const Product& product, const Disassembly& plan,
                      const std::map<std::size_t, std::string>& refused) {
-  // The cup follows the heaviest of the parts that need it; a larger one may bring others within reach.
-  double cup_m = 0.0;
-  while (true) {
-    Planner planner(product, plan, refused, cup_m);
-    RobotPlan result = planner.run();
-    if (planner.wanted_cup_m() <= cup_m) {
-      const bool used = std::any_of(result.moves.begin(), result.moves.end(),
-                                    [](const RobotMove& move) { return move.by_cup; });
-      if (!used) result.gripper.cup_diameter_m = 0.0;
-      return result;
-    }
-    cup_m = planner.wanted_cup_m();
-  }
+  const std::optional<std::vector<double>> open;
+  Planner first(product, plan, refused, open);
+  first.run();
+  const std::optional<std::vector<double>> cups_m = choose_cups(first.cup_ranges());
+  RobotPlan result = Planner(product, plan, refused, cups_m).run();
+  const bool used = std::any_of(result.moves.begin(), result.moves.end(),
+                                [](const RobotMove& move) { return move.cup.has_value(); });
+  if (!used) result.gripper.cups_m.clear();
+  return result;
 }
 
 }  // namespace takt::product

@@ -54,19 +54,25 @@ double motion_time(double way, double speed, double acceleration) {
   return std::max(1.5 * way / speed, std::sqrt(6.0 * way / acceleration));
 }
 
-double line_time(const Pose& from, const Pose& to, double speed) {
+/// A gantry for large products is faster: its motions take as long as those over a product of this size.
+double pace_of(const RobotPlan& plan) {
+  constexpr double kSize_m = 0.5;
+  return std::max(1.0, plan.size_m / kSize_m);
+}
+
+double line_time(const Pose& from, const Pose& to, double speed, double pace) {
   const double angle = Eigen::AngleAxisd(from.R.transpose() * to.R).angle();
-  return std::max(motion_time((to.p - from.p).norm(), speed, kAcceleration_m_per_s2),
+  return std::max(motion_time((to.p - from.p).norm(), pace * speed, pace * kAcceleration_m_per_s2),
                   motion_time(angle, kTurn_rad_per_s, kTurnAcceleration_rad_per_s2)) +
          0.016;
 }
 
 /// All joints move; one may turn by twice the angle of the tool.
-double across_time(const Pose& from, const Pose& to) {
+double across_time(const Pose& from, const Pose& to, double pace) {
   const double angle = Eigen::AngleAxisd(from.R.transpose() * to.R).angle();
-  return std::max(
-      motion_time((to.p - from.p).norm(), kShareOfJointSpeed * kJointSpeed_m_per_s, kJointAcceleration),
-      motion_time(2.0 * angle, kShareOfJointSpeed * kJointSpeed_rad_per_s, kJointAcceleration));
+  return std::max(motion_time((to.p - from.p).norm(), pace * kShareOfJointSpeed * kJointSpeed_m_per_s,
+                              pace * kJointAcceleration),
+                  motion_time(2.0 * angle, kShareOfJointSpeed * kJointSpeed_rad_per_s, kJointAcceleration));
 }
 
 constexpr const char* kAwait =
@@ -104,16 +110,15 @@ end
 local function let_go(r, move) r.gripper:width(move.open_m) end
 )";
 
-constexpr const char* kHoldWithCup = R"(local cup = device("Cup1")
-
+constexpr const char* kHoldWithCup = R"(
 local function ready(r, move)
-  if not move.by_cup then r.gripper:width(move.open_m) end
+  if not move.cup then r.gripper:width(move.open_m) end
 end
 
 local function hold(r, move)
-  if move.by_cup then
-    cup:set{vacuum = 1}
-    await(r, move, function(cell) return cell.devices.Cup1.signals.part_present == 1 end,
+  if move.cup then
+    CUPS[move.cup]:set{vacuum = 1}
+    await(r, move, function(cell) return cell.components[move.part].partner == "Gripper1" end,
           "the cup does not hold " .. move.part)
   else
     grip(r, move)
@@ -122,7 +127,7 @@ local function hold(r, move)
 end
 
 local function let_go(r, move)
-  if move.by_cup then cup:set{vacuum = 0} else r.gripper:width(move.open_m) end
+  if move.cup then CUPS[move.cup]:set{vacuum = 0} else r.gripper:width(move.open_m) end
 end
 )";
 
@@ -157,6 +162,7 @@ bool passes_out(const RobotMove& move) {
 }  // namespace
 
 std::string robot_program(const Product& product, const RobotPlan& plan) {
+  const double pace = pace_of(plan);
   std::string text =
       "-- The robot takes " + product.name +
       " apart and puts it together again. Made by takt-from-cad; calls: docs/controller_programs.md.\n"
@@ -165,18 +171,19 @@ std::string robot_program(const Product& product, const RobotPlan& plan) {
       "and on the tray.\n-- Lengths in m, "
       "angles in rad.\n\nperiod_s = 0.008\n\n"
       "local FAST = {speed_m_per_s = " +
-      number(kSpeed_m_per_s) + ", acceleration_m_per_s2 = " + number(kAcceleration_m_per_s2) +
+      number(pace * kSpeed_m_per_s) + ", acceleration_m_per_s2 = " + number(pace * kAcceleration_m_per_s2) +
       ", rotation_speed_rad_per_s = " + number(kTurn_rad_per_s) +
       ",\n              rotation_acceleration_rad_per_s2 = " + number(kTurnAcceleration_rad_per_s2) +
-      "}\nlocal SLOW = {speed_m_per_s = " + number(kSlow_m_per_s) +
-      ", acceleration_m_per_s2 = " + number(kAcceleration_m_per_s2) +
+      "}\nlocal SLOW = {speed_m_per_s = " + number(pace * kSlow_m_per_s) +
+      ", acceleration_m_per_s2 = " + number(pace * kAcceleration_m_per_s2) +
       "}\nlocal ACROSS = {speed = " + number(kShareOfJointSpeed) +
-      ", acceleration_rad_per_s2 = " + number(kJointAcceleration) +
+      ", acceleration_rad_per_s2 = " + number(pace * kJointAcceleration) +
       "}   -- of all joints: the tool turns\nlocal JAW_TIME_S = " + number(kJawTime_s) +
       "\n\nlocal MOVES = {\n";
   for (const RobotMove& move : plan.moves) {
     text += "  {name = \"" + move.name + "\", part = \"" + product.instances[move.held].name + "\", ";
-    text += move.by_cup ? "by_cup = true" : "open_m = " + number(move.width_m + 2.0 * plan.gripper.opening_m);
+    text += move.cup ? "cup = " + std::to_string(*move.cup + 1)
+                     : "open_m = " + number(move.width_m + 2.0 * plan.gripper.opening_m);
     const std::pair<const char*, const Pose*> poses[] = {
         {"above", &move.above}, {"start", passes_start(move) ? &move.start : nullptr},
         {"near", &move.near},   {"grasp", &move.grasp},
@@ -189,7 +196,15 @@ std::string robot_program(const Product& product, const RobotPlan& plan) {
   }
   text += "}\n\n";
   text += kAwait;
-  text += plan.gripper.cup_diameter_m > 0.0 ? kHoldWithCup : kHold;
+  if (plan.gripper.cups_m.empty()) {
+    text += kHold;
+  } else {
+    text += "local CUPS = {";
+    for (std::size_t k = 0; k < plan.gripper.cups_m.size(); ++k)
+      text += (k > 0 ? ", " : "") + std::string("device(\"Cup") + std::to_string(k + 1) + "\")";
+    text += "}\n";
+    text += kHoldWithCup;
+  }
   text += kRelease;
   text += R"(
 routine("Robot1", function(r)
@@ -272,16 +287,18 @@ std::string robot_description(const RobotPlan& plan) {
             ">\n    <parent link=\"" + parent + "\"/><child link=\"" + link + "\"/><axis xyz=\"" + axes[k] +
             "\"/>\n    <limit lower=\"" + number(k < 3 ? -reach : -12.5) + "\" upper=\"" +
             number(k < 3 ? reach : 12.5) + "\" effort=\"" + (k < 3 ? "2000" : "200") + "\" velocity=\"" +
-            number(k < 3 ? kJointSpeed_m_per_s : kJointSpeed_rad_per_s) + "\"/>\n  </joint>\n";
+            number(k < 3 ? pace_of(plan) * kJointSpeed_m_per_s : kJointSpeed_rad_per_s) +
+            "\"/>\n  </joint>\n";
     parent = link;
   }
   const Vec3 a = angles(mount());
   std::string arm;
-  if (plan.gripper.cup_diameter_m > 0.0) {
-    const Pose cup = cup_mount(plan.gripper);
-    arm = "<visual><origin xyz=\"" + number(0.5 * cup.p.x()) + " 0 " + number(cup.p.z()) +
-          "\"/><geometry><box size=\"" + number(cup.p.x()) + " " + number(0.5 * plan.gripper.cup_diameter_m) +
-          " " + number(0.5 * plan.gripper.cup_diameter_m) + "\"/></geometry></visual>";
+  for (std::size_t k = 0; k < plan.gripper.cups_m.size(); ++k) {
+    const Pose cup = cup_mount(plan.gripper, k);
+    const std::string thick = number(0.5 * plan.gripper.cups_m[k]);
+    arm += "<visual><origin xyz=\"" + number(0.5 * cup.p.x()) + " 0 " + number(cup.p.z()) +
+           "\"/><geometry><box size=\"" + number(std::abs(cup.p.x())) + " " + thick + " " + thick +
+           "\"/></geometry></visual>";
   }
   text += "  <link name=\"tool0\">" + arm +
           "</link>\n  <joint name=\"tool\" type=\"fixed\">\n    <parent link=\"" + parent +
@@ -291,19 +308,25 @@ std::string robot_description(const RobotPlan& plan) {
 }
 
 double program_duration_s(const RobotPlan& plan) {
+  constexpr double kRest_s = 0.5;
+  if (plan.cycle_s) return std::ceil(*plan.cycle_s + kRest_s);
+  const double pace = pace_of(plan);
+  const auto line = [pace](const Pose& from, const Pose& to, double speed) {
+    return line_time(from, to, speed, pace);
+  };
   double time = 0.0;
   const Pose* before = &plan.home;
   for (const RobotMove& m : plan.moves) {
     const Pose& beside = m.aside.value_or(m.out);
-    const double slow =
-        line_time(m.near, m.grasp, kSlow_m_per_s) + 2.0 * line_time(m.grasp, m.free, kSlow_m_per_s);
+    const double slow = line(m.near, m.grasp, kSlow_m_per_s) + 2.0 * line(m.grasp, m.free, kSlow_m_per_s);
     const double inside =
-        2.0 * (line_time(m.above, m.start, kSpeed_m_per_s) + line_time(m.start, m.grasp, kSpeed_m_per_s) +
-               line_time(m.free, m.out, kSpeed_m_per_s) + line_time(m.out, beside, kSpeed_m_per_s) +
-               line_time(beside, m.lift, kSpeed_m_per_s));
-    const double outside = 2.0 * across_time(m.lift, m.over) + 4.0 * line_time(m.over, m.put, kSpeed_m_per_s);
+        2.0 * (line(m.above, m.start, kSpeed_m_per_s) + line(m.start, m.grasp, kSpeed_m_per_s) +
+               line(m.free, m.out, kSpeed_m_per_s) + line(m.out, beside, kSpeed_m_per_s) +
+               line(beside, m.lift, kSpeed_m_per_s));
+    const double outside =
+        2.0 * across_time(m.lift, m.over, pace) + 4.0 * line(m.over, m.put, kSpeed_m_per_s);
     // Two ways, with the jaws' times, the last centimetre, and the way to the next move.
-    time += slow + inside + outside + 2.0 * across_time(*before, m.above) + 8.0 * kJawTime_s + 1.0;
+    time += slow + inside + outside + 2.0 * across_time(*before, m.above, pace) + 8.0 * kJawTime_s + 1.0;
     before = &m.over;
   }
   return std::ceil(1.1 * time + 3.0);

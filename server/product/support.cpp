@@ -211,6 +211,12 @@ std::vector<std::size_t> chains(const Product& product) {
   return chain;
 }
 
+TriangleMesh box_of(const Place& post, double floor_m) {
+  Vec3 foot = post.lower;
+  foot.z() = floor_m;
+  return box_mesh(foot, post.upper);
+}
+
 double lowest_of(const std::vector<PlacedInstance>& placed) {
   double lowest = kNothing;
   for (const PlacedInstance& instance : placed) lowest = std::min(lowest, instance.box.lower.z());
@@ -218,6 +224,13 @@ double lowest_of(const std::vector<PlacedInstance>& placed) {
 }
 
 }  // namespace
+
+std::vector<TriangleMesh> posts_under(const std::vector<PlacedInstance>& placed, std::size_t part,
+                                      double floor_m) {
+  std::vector<TriangleMesh> result;
+  for (const Place& post : places_under(placed, part)) result.push_back(box_of(post, floor_m));
+  return result;
+}
 
 bool can_stand(const std::vector<PlacedInstance>& placed, std::size_t part) {
   return placed[part].box.lower.z() - lowest_of(placed) < kSame_m || !places_under(placed, part).empty();
@@ -259,11 +272,8 @@ Support support_of(const Product& product, const std::vector<PlacedInstance>& pl
   Vec3 lower = all.box.lower - beside, upper = all.box.upper + beside;
   lower.z() = result.floor_m - thickness, upper.z() = result.floor_m;
   result.boxes.push_back(box_mesh(lower, upper));
-  for (const Place& post : posts) {
-    Vec3 foot = post.lower;
-    foot.z() = result.floor_m;
-    if (post.upper.z() - foot.z() > kSame_m) result.boxes.push_back(box_mesh(foot, post.upper));
-  }
+  for (const Place& post : posts)
+    if (post.upper.z() - result.floor_m > kSame_m) result.boxes.push_back(box_of(post, result.floor_m));
   return result;
 }
 

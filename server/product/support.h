@@ -22,6 +22,11 @@ struct Support {
 Support support_of(const Product& product, const std::vector<PlacedInstance>& placed,
                    const Disassembly& plan);
 
+/// Boxes from this height up to where they can carry a part: free below, on its lowest flat face there, else below its lowest
+/// free point. None: there is no such place.
+std::vector<TriangleMesh> posts_under(const std::vector<PlacedInstance>& placed, std::size_t part,
+                                      double floor_m);
+
 /// It is lowest, or a post can carry it.
 bool can_stand(const std::vector<PlacedInstance>& placed, std::size_t part);
 

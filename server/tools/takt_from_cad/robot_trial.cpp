@@ -68,6 +68,9 @@ RobotTrial run_robot(const product::Product& product, const product::RobotPlan& 
           trial.move = k, trial.step = one.step.name;
     }
   }
+  if (result.run_metrics)
+    for (const StepMetrics& one : result.run_metrics->steps)
+      trial.cycle_s = std::max(trial.cycle_s, one.goes_on ? result.final_state.time_s : one.step.end_s);
   trial.misplaced = misplaced(product, *cell, result.final_state);
   return trial;
 }
@@ -164,8 +167,7 @@ std::optional<product::CellFiles> write_tried_cell(product::CellWriter& writer,
       writer.remove_robot_cell();
       return std::nullopt;
     }
-    const product::CellFiles files = writer.write_robot_cell(plan, robot);
-    const RobotTrial trial = try_robot(product, robot, files);
+    const RobotTrial trial = try_robot(product, robot, writer.write_robot_cell(plan, robot));
     const std::size_t before = refused.size();
     if (trial.move) {
       refused[robot.moves[*trial.move].held] =
@@ -177,7 +179,14 @@ std::optional<product::CellFiles> write_tried_cell(product::CellWriter& writer,
             refused[move.held] = "in a run of the cell " + product.instances[i].name + " ends " + how;
     }
     if (refused.size() > before) continue;
-    if (trial.fault.empty() && trial.misplaced.empty()) return files;
+    if (!robot.notes.empty())
+      robot.notes.push_back(
+          "Parts that the robot does not take stay in their places, and its program does all else: take them "
+          "out by hand, or give the cell a tool that holds them and the program their moves");
+    if (trial.fault.empty() && trial.misplaced.empty()) {
+      robot.cycle_s = trial.cycle_s;
+      return writer.write_robot_cell(plan, robot);
+    }
     if (!trial.fault.empty())
       robot.notes.push_back("The run of the cell with the robot fails: " + trial.fault);
     for (const auto& [i, how] : trial.misplaced)

@@ -13,6 +13,7 @@ struct RobotTrial {
   std::string fault;                             ///< why the program ended early; empty: it ended by itself
   std::optional<std::size_t> move;               ///< index of the move at which it ended early
   std::string step;                              ///< of that move: its name in the program
+  double cycle_s = 0.0;                          ///< of a program that ended by itself
   std::map<std::size_t, std::string> misplaced;  ///< by instance: how it is out of its place at the end
 };
 
