@@ -6,6 +6,7 @@
 #include "client_lib/tools/takt_ur/gateway_options.h"
 #include "client_lib/tools/takt_ur/servers.h"
 #include "idl/common/text.h"
+#include "takt_event_table.h"
 
 namespace takt::ur {
 namespace {
@@ -42,8 +43,9 @@ void report_ports(const std::string& name, const UrMapping& mapping) {
 
 /// As the controller of a real robot, which stops where torques would leave the limits.
 void stop_at_limits(const Client& client, UrController& controller) {
+  constexpr std::string_view ended = EventTable<events::TorquesEnded>::info.code;
   while (const auto event = client.wait_for(topics::event, Seconds{0.0}))
-    if (event->code == "torques_ended" && event->subject == controller.mapping().robot.robot)
+    if (event->code == ended && event->subject == controller.mapping().robot.robot)
       controller.protective_stop("torques would take a joint out of its limits");
 }
 
