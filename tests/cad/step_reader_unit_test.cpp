@@ -400,10 +400,10 @@ TEST_F(StepReader, MeshesOfManyFitsHaveABoundedNumberOfTriangles) {
 }
 
 TEST_F(StepReader, NoCellWithARobotIsWrittenWhereItCanMoveNothing) {
-  // A ball has neither opposite faces nor a flat top.
+  // A thin pin whose ends are flush with the plate: no jaw reaches its sides, and the smallest cup is wider.
   StepProduct made("Loose");
-  made.use(made.root(), made.part("Plate", bored(60, 10, 8.29)), "Plate");
-  made.use(made.root(), made.part("Ball", BRepPrimAPI_MakeSphere(gp_Pnt(0, 0, 10), 9).Shape()), "Ball");
+  made.use(made.root(), made.part("Plate", bored(60, 10, 0.41)), "Plate");
+  made.use(made.root(), made.part("Pin", cylinder(0.4, 10)), "Pin");
   made.write(file());
   const auto out = directory_ / "out", said = directory_ / "said.txt";
   const std::string command = std::string(TAKT_BIN_DIR "/takt-from-cad ") + file().string() + " --robot -o " +
