@@ -180,7 +180,7 @@ std::vector<SurfaceSample> sample_needles(const Data& data, const Pieces& pieces
   for (const std::int32_t f : flat.regions[region].faces) {
     const auto i = static_cast<std::size_t>(f);
     slender_m2 += pieces.slender_m2[i];
-    least += pieces.count(i);
+    least += pieces.first[i + 1] - pieces.first[i];  // cells have no strips along rims
     for (std::uint32_t e = pieces.first[i]; e < pieces.first[i + 1]; ++e) area_m2 += data.area_m2[e];
   }
   if (!(slender_m2 >= kSlenderShare * area_m2) || !(area_m2 > 0.0)) return {};
