@@ -10,8 +10,8 @@ namespace takt {
 /// Width of a strip over the element edge.
 inline constexpr double kRimShare = 0.125;
 
-/// The edges of a face with strips: those to a face of another plane that turns away by more than find_sharp_edges() calls sharp,
-/// where the face is at least half an element edge wide.
+/// The edges of a face with strips: those to a face that turns away by more than 20 degrees, where this face is at least half an
+/// element edge wide.
 class RimStrips {
  public:
   RimStrips(const ContactSurface::Data& data, std::size_t face, double edge_m);
