@@ -1,6 +1,7 @@
 #include "server/geometry/surface/rim_strips.h"
 
-#include <cmath>
+#include <algorithm>
+#include <limits>
 
 namespace takt {
 namespace {
@@ -48,7 +49,7 @@ void RimStrips::divide(const std::vector<Vec3>& piece, std::vector<std::vector<V
   for (const Line& line : lines_) {
     std::vector<std::vector<Vec3>> divided;
     for (const std::vector<Vec3>& part : open) {
-      double least = INFINITY, most = -INFINITY;
+      double least = std::numeric_limits<double>::infinity(), most = -least;
       distance_m.clear();
       for (const Vec3& corner : part) {
         distance_m.push_back(line.inward.dot(corner) + line.shift_m);
