@@ -316,7 +316,7 @@ void DynamicRobot::Impl::balance_drives(const JointArray& qdd, const JointArray&
     const double needed = tau[k] - tree.model().joints[k].armature * qdd[k] - besides_drive(i, applied[k]);
     drive(i).initial_state({x[i], x[joints + i], qdd[k], feed_forward, applied[k]}, needed, x + z_begin[k]);
   }
-  std::fill(x + states - 1 - joints, x + states, 0.0);
+  std::fill(x + energy_state(), x + states, 0.0);
 }
 
 void DynamicRobot::write_motion(double, const double* x, CellMotion& motion) const {

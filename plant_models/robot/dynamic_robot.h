@@ -4,8 +4,8 @@
 //
 // State segment, in this order: q (n), qd (n) of the arm's joints and then the jaws of its grippers (two
 // prismatic joints each, left and right), the states z of each drive in joint order, the mechanical work of
-// all drives, and the energy that each joint has taken from its supply before losses (n), in J. Friction modes are part of z (drive.h), so
-// the segment is the whole state of the robot.
+// all drives, and the energy that each joint has taken from its supply before losses (n), in J. Friction modes
+// are part of z (drive.h), so the segment is the whole state of the robot.
 //
 // The KinematicRobot and the ParallelGrippers of LoD 1 generate the reference, so set-points, their
 // interpolation and the jaws' commanded travel are the same at every level of detail; at LoD 2 the joints

@@ -26,6 +26,7 @@ struct DynamicRobot::Impl {
     return x + z_begin[static_cast<size_t>(joint)];
   }
   const Drive& drive(int joint) const { return *drives[static_cast<size_t>(joint)]; }
+  int energy_state() const { return states - 1 - joints; }
 
   /// Computes poses and velocities of the tree at x, unless they are up to date.
   void update(const double* x);

@@ -188,7 +188,7 @@ class DynamicRobot::Linear final : public VelocityForm {
       r[i] = (r[i] + b_ * u[i]) / a_;
       r[n + i] = u[i];
     }
-    for (int i = m_.states - 1 - n; i < m_.states; ++i) r[i] /= a_;
+    for (int i = m_.energy_state(); i < m_.states; ++i) r[i] /= a_;
   }
 
  private:

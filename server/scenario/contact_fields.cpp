@@ -173,8 +173,7 @@ void describe(Fields& f, ScenarioContact& s) {
   f.section("grippers", "Parameters of pairs with a gripper.", s.grippers);
   f.field("element_edge_m", s.element_edge_m, not_negative("m"),
           "Longest edge of contact elements; along sharp rims of flat faces they are strips of an eighth of "
-          "it. 0: the triangles of "
-          "the mesh; without it: chosen by the size of each component.");
+          "it. 0: the triangles of the mesh; without it: chosen by the size of each component.");
   f.field(
       "resample", s.resample, resampling_words(),
       "Contact elements are cells of a grid over each flat face, of at most half of element_edge_m, instead "

@@ -97,6 +97,7 @@ export class Cell {
     this.scene.add(this.world, this.marks);
     this.components = [];
     this.robots = [];
+    this.triads = [];  // frames
     this.heat = new Heat();
     this.scales = {force: new Scale(FORCES, 'N'), pressure: new Scale(PRESSURE, 'Pa')};
     this.largest = {parts: 0, contacts: 0};  // N
@@ -172,7 +173,7 @@ export class Cell {
   }
 
   setFrames(on) {
-    for (const {axes, parent} of this.triads ?? []) if (on) parent.add(axes); else axes.removeFromParent();  // boxes are around what is there
+    for (const {axes, parent} of this.triads) if (on) parent.add(axes); else axes.removeFromParent();  // boxes are around what is there
     this.dirty = true;
   }
   setEdges(on) {
@@ -182,7 +183,7 @@ export class Cell {
 
   describe(description) {
     this.select(null);
-    for (const {axes} of this.triads ?? []) free(axes);
+    for (const {axes} of this.triads) free(axes);
     for (const group of [this.world, this.marks]) { free(group); group.clear(); }
     this.triads = [];
     this.description = description;

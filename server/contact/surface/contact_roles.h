@@ -16,14 +16,13 @@ inline bool first_is_base(const ContactSurface& first, int first_id, const Conta
     const Aabb& box = s.bounds_B();
     return (box.upper - box.lower).prod();
   };
-  // Mean area of an element: the square of its edge, up to a factor common to both sides.
-  const auto element_area = [](const ContactSurface& s) { return mean_element_area_m2(s); };
-  const double first_area = element_area(first), second_area = element_area(second);
-  const auto too_coarse = [&](const ContactSurface& s, const ContactSurface& other) {
-    return element_area(s) > 4.0 * other.patch_area_m2() && element_area(s) > 4.0 * element_area(other);
+  // The square of an element's edge, up to a factor common to both sides.
+  const double first_area = mean_element_area_m2(first), second_area = mean_element_area_m2(second);
+  const auto too_coarse = [](double area, const ContactSurface& other, double other_area) {
+    return area > 4.0 * other.patch_area_m2() && area > 4.0 * other_area;
   };
-  if (too_coarse(first, second)) return false;
-  if (too_coarse(second, first)) return true;
+  if (too_coarse(first_area, second, second_area)) return false;
+  if (too_coarse(second_area, first, first_area)) return true;
   const double first_volume = volume(first), second_volume = volume(second);
   if (first_volume != second_volume) return first_volume < second_volume;
   if (first_area != second_area) return first_area < second_area;

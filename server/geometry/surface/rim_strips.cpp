@@ -28,6 +28,7 @@ void split(const std::vector<Vec3>& polygon, const std::vector<double>& distance
 
 RimStrips::RimStrips(const ContactSurface::Data& data, std::size_t face, double edge_m)
     : width_m_(kRimShare * edge_m) {
+  if (!(edge_m > 0.0)) return;
   const ContactFace& here = data.faces[face];
   const Vec3& normal = data.patches[static_cast<std::size_t>(here.patch)].normal;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -40,10 +41,11 @@ RimStrips::RimStrips(const ContactSurface::Data& data, std::size_t face, double 
   }
 }
 
-void RimStrips::divide(const std::vector<Vec3>& piece, std::vector<std::vector<Vec3>>& parts) const {
+void RimStrips::divide(const TriangleCorners& piece, std::vector<std::vector<Vec3>>& parts) const {
+  if (lines_.empty()) return;
   // A part that is thinner than this stays with its neighbour.
   const double least_m = 1e-3 * width_m_;
-  std::vector<std::vector<Vec3>> open{piece};
+  std::vector<std::vector<Vec3>> open(1, std::vector<Vec3>(piece.begin(), piece.end()));
   std::vector<double> distance_m;
   bool cut = false;
   for (const Line& line : lines_) {

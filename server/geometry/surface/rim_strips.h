@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "server/geometry/surface/contact_surface_data.h"
+#include "server/geometry/surface/element_corners.h"
 
 namespace takt {
 
@@ -11,12 +12,12 @@ namespace takt {
 inline constexpr double kRimShare = 0.125;
 
 /// The edges of a face with strips: those to a face that turns away by more than 20 degrees, where this face is at least half an
-/// element edge wide.
+/// element edge wide. None with an element edge of 0.
 class RimStrips {
  public:
   RimStrips(const ContactSurface::Data& data, std::size_t face, double edge_m);
-  /// Divides a convex piece of the face along the strips' inner lines; appends the parts, or nothing if no line crosses it.
-  void divide(const std::vector<Vec3>& piece, std::vector<std::vector<Vec3>>& parts) const;
+  /// Divides a piece of the face along the strips' inner lines; appends the parts, or nothing if no line crosses it.
+  void divide(const TriangleCorners& piece, std::vector<std::vector<Vec3>>& parts) const;
 
  private:
   struct Line {

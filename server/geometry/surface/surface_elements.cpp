@@ -63,7 +63,6 @@ struct Pieces {
 /// Halving the longest edge leaves a needle about as slender as it is wide against the edge.
 /// Along rims of flat faces they are strips, unless the elements are the triangles themselves.
 Pieces divide_triangles(Data& data, double edge_m, bool measures) {
-  const bool strips = edge_m > 0.0;
   Pieces result;
   if (measures) result.slender_m2.assign(data.faces.size(), 0.0);
   std::vector<TriangleCorners> pieces;
@@ -96,7 +95,7 @@ Pieces divide_triangles(Data& data, double edge_m, bool measures) {
       const double area = 0.5 * (piece[1] - piece[0]).cross(piece[2] - piece[0]).norm();
       if (may_be_slender && slenderness(piece) > kSlender) result.slender_m2[i] += area;
       parts.clear();
-      if (strips) rims.divide({piece.begin(), piece.end()}, parts);
+      rims.divide(piece, parts);
       if (parts.empty())
         add_element(data, (piece[0] + piece[1] + piece[2]) / 3.0, normal, area,
                     static_cast<std::uint32_t>(i));

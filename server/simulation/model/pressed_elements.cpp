@@ -41,29 +41,29 @@ void PressedElements::read_pair(const Snapshot& snapshot, std::size_t pair, Pres
   std::vector<ElementPressure> elements =
       kept->second.pressures(relative_motion(Pose::from_quaternion(base.p_WB, base.q_WB), base.V_WB,
                                              Pose::from_quaternion(target.p_WB, target.q_WB), target.V_WB));
-  const auto stronger = [](const ElementPressure& a, const ElementPressure& b) {
+  std::sort(elements.begin(), elements.end(), [](const ElementPressure& a, const ElementPressure& b) {
     return a.pressure_Pa != b.pressure_Pa ? a.pressure_Pa > b.pressure_Pa : a.element < b.element;
-  };
-  const auto triangles = [&](const ElementPressure& element) {
-    return element_triangles_B(*base_surface, static_cast<std::size_t>(element.element));
-  };
+  });
+  if (!elements.empty()) pressed.largest_pressure_Pa = elements.front().pressure_Pa;
   // An element may be several triangles: the strongest ones that fit.
-  const std::size_t all = elements.size();
-  std::sort(elements.begin(), elements.end(), stronger);
-  std::size_t count = 0, kept_elements = 0;
-  for (; kept_elements < elements.size(); ++kept_elements) {
-    count += triangles(elements[kept_elements]).size();
-    if (count > kMaxElements) break;
-  }
-  elements.resize(kept_elements);
-  pressed.omitted = all - kept_elements;
-  std::sort(elements.begin(), elements.end(),
-            [](const ElementPressure& a, const ElementPressure& b) { return a.element < b.element; });
+  struct Shown {
+    ElementPressure element;
+    std::vector<TriangleCorners> triangles;
+  };
+  std::vector<Shown> shown;
+  std::size_t count = 0;
   for (const ElementPressure& element : elements) {
-    pressed.largest_pressure_Pa = std::max(pressed.largest_pressure_Pa, element.pressure_Pa);
-    for (const TriangleCorners& corners : triangles(element))
-      pressed.elements.push_back({corners, element.pressure_Pa});
+    Shown one{element, element_triangles_B(*base_surface, static_cast<std::size_t>(element.element))};
+    count += one.triangles.size();
+    if (count > kMaxElements) break;
+    shown.push_back(std::move(one));
   }
+  pressed.omitted = elements.size() - shown.size();
+  std::sort(shown.begin(), shown.end(),
+            [](const Shown& a, const Shown& b) { return a.element.element < b.element.element; });
+  for (const Shown& one : shown)
+    for (const TriangleCorners& corners : one.triangles)
+      pressed.elements.push_back({corners, one.element.pressure_Pa});
 }
 
 }  // namespace takt
