@@ -82,8 +82,11 @@ StatedContact stated_of_pair(const Scenario& scenario, const CellModel& cell, st
   for (const ScenarioContactPair& rule : scenario.contact.pairs)
     if (glob_match(rule.pair, cell.components[a].name, cell.components[b].name))
       stated.replace_by(rule.stated);
-  // In a regularised grip the load creeps, and joints that hold it chatter.
-  if (grip && !stated.value(&ContactParameters::friction_law)) stated.state(FrictionLaw::stick);
+  // The sliding speed is a parameter of regularised friction alone. In a regularised grip the load creeps, and joints that
+  // hold it chatter.
+  if (!grip && !stated.value(&ContactParameters::friction_law) &&
+      stated.value(&ContactParameters::friction_velocity_m_per_s))
+    stated.state(FrictionLaw::regularised);
   return stated;
 }
 

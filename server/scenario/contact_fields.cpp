@@ -29,9 +29,12 @@ void visit_parameters(Visit visit) {
         "Law `stick`: tangential over normal stiffness.");
   visit("tangential_damping_ratio", &P::tangential_damping_ratio, not_negative(""), smaller,
         "Law `stick`: tangential over normal damping.");
-  visit("friction_law", &P::friction_law,
-        Choice<FrictionLaw>{{{"regularised", FrictionLaw::regularised}, {"stick", FrictionLaw::stick}}},
-        larger, "Regularised: no friction without sliding, held parts creep; stick: holds without creep.");
+  visit(
+      "friction_law", &P::friction_law,
+      Choice<FrictionLaw>{{{"regularised", FrictionLaw::regularised}, {"stick", FrictionLaw::stick}}}, larger,
+      "Stick, the default: a spring for each element, holds without creep; regularised, the default where a "
+      "friction_velocity_m_per_s is stated and no gripper grips: no friction without sliding, held parts "
+      "creep.");
   visit("depth", &P::depth,
         Choice<DepthSource>{{{"polygonal", DepthSource::polygonal},
                              {"distance_field", DepthSource::distance_field},

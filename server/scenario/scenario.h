@@ -3,6 +3,7 @@
 // YAML, or C++ code fills it; scenario_builder turns it into a CellModel. The describe() functions
 // (server/fields/fields.h) in the *_fields.cpp files define the keys of the file, their meaning and their
 // values.
+#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <map>
@@ -199,10 +200,15 @@ struct Scenario : ScenarioHeading {
     bool method = false, tolerance = false, contact = false;
   };
   SolverKeys solver_keys;
-  std::string solver = "rk2";
-  double step_s = 0.001;         ///< initial step: of the section of `solver` in effect at the start
-  double solver_step_s = 0.001;  ///< `solver.step_s`
-  double tolerance = 1e-6;       ///< of solvers with error control
+  std::string solver = "rk4";
+  static constexpr double kDefaultStep_s = 0.001;
+  double step_s = kDefaultStep_s;         ///< initial step: of the section of `solver` in effect at the start
+  double solver_step_s = kDefaultStep_s;  ///< `solver.step_s`
+  /// A method that nobody names has steps that suit it.
+  double level_1_step_s() const {
+    return solver_keys.method ? solver_step_s : std::min(solver_step_s, kDefaultStep_s);
+  }
+  double tolerance = 1e-6;                        ///< of solvers with error control
   SystemMatrix matrix = SystemMatrix::automatic;  ///< solver.matrix: automatic, separate or coupled
   using LevelSolver = ScenarioLevelSolver;
   LevelSolver contact_solver;  ///< `solver.contact`: while any process has level 3

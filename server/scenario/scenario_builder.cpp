@@ -262,13 +262,16 @@ std::shared_ptr<const CellModel> build_cell(const Scenario& stated, const Import
   for (const ScenarioProcess& process : scenario.processes) {
     cell->description.level_of_detail = std::max(cell->description.level_of_detail, process.level_of_detail);
   }
-  cell->solver = {scenario.solver, scenario.tolerance, scenario.step_s, scenario.matrix};
-  cell->contact_solver = {scenario.contact_solver.method, scenario.contact_solver.tolerance, scenario.step_s,
-                          scenario.matrix};
+  const auto level_step_s = [&scenario](const Scenario::LevelSolver& own) {
+    return own.step_s.value_or(scenario.solver_step_s);
+  };
+  cell->solver = {scenario.solver, scenario.tolerance, scenario.level_1_step_s(), scenario.matrix};
+  cell->contact_solver = {scenario.contact_solver.method, scenario.contact_solver.tolerance,
+                          level_step_s(scenario.contact_solver), scenario.matrix};
   if (scenario.dynamics_solver) {
     // Part, gripper and robot act on each other by springs: the stiffness is between the models.
     cell->dynamics_solver = {scenario.dynamics_solver->method, scenario.dynamics_solver->tolerance,
-                             scenario.step_s, SystemMatrix::coupled};
+                             level_step_s(*scenario.dynamics_solver), SystemMatrix::coupled};
   }
   cell->interaction = {scenario.gravity_m_per_s2, scenario.contact_margin_m, scenario.weight_feed_forward,
                        scenario.sleeping.method != ScenarioSleeping::Method::never};

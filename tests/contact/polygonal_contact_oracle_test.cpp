@@ -202,6 +202,29 @@ TEST(PolygonalContact, StickingFrictionIsASpringUpToTheLimit) {
   EXPECT_LT(std::abs(evaluate(contact, back).F_B_T.f.x()), 1e-9 * normal);
 }
 
+// Until they are tied, elements have the friction of (2.21): none of an impact within a communication step is lost.
+TEST(PolygonalContact, ElementsWithoutASpringHaveRegularisedFriction) {
+  ContactParameters parameters;
+  parameters.friction_law = FrictionLaw::regularised;
+  PolygonalContact untied(surface(punch()), surface(test::floor_mesh()), stick_law());
+  PolygonalContact regularised(surface(punch()), surface(test::floor_mesh()), contact_law(parameters));
+  for (const double share : {0.0, 0.3, 1.0, 1000.0}) {
+    RelativeMotion motion = pressed(1e-5);
+    motion.V_TB_T.v = {0.6 * share * parameters.friction_velocity_m_per_s,
+                       0.8 * share * parameters.friction_velocity_m_per_s, -1e-4};
+    motion.V_TB_T.w.z() = 0.01 * share;
+    EXPECT_EQ(stacked(evaluate(untied, motion).F_B_T), stacked(evaluate(regularised, motion).F_B_T)) << share;
+    for (const Linearisation of_friction : {Linearisation::secant, Linearisation::tangent}) {
+      ContactResult result;
+      ContactJacobian a, b;
+      untied.evaluate(motion, of_friction, result, a);
+      regularised.evaluate(motion, of_friction, result, b);
+      EXPECT_LE((a.D - b.D).cwiseAbs().maxCoeff(), 1e-12 * b.D.cwiseAbs().maxCoeff()) << share;
+      EXPECT_LE((a.K - b.K).cwiseAbs().maxCoeff(), 1e-12 * b.K.cwiseAbs().maxCoeff()) << share;
+    }
+  }
+}
+
 TEST(PolygonalContact, SpringsBelowTheLimitNeverCreep) {
   PolygonalContact contact(surface(punch()), surface(test::floor_mesh()), stick_law());
   const RelativeMotion start = pressed(1e-5);

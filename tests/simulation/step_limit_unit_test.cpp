@@ -68,11 +68,30 @@ TEST(StepLimit, ExplicitMethodsAreRefusedForSurfaceContact) {
 }
 
 TEST(StepLimit, ALevelWhoseStepIsTooLongIsRefused) {
-  Simulation simulation(blocks({"solver.contact.step_s=0.008"}, 3));
+  Simulation simulation(blocks({"solver.step_s=0.008"}, 3));
   ASSERT_EQ(simulation.solver().name, kAutomaticSolver);
   EXPECT_THAT(simulation.set_level_of_detail(-1, 1), HasSubstr("allowed: at most 6.39 ms"));
   EXPECT_EQ(simulation.solver().name, kAutomaticSolver);
   ASSERT_TRUE(simulation.step({})) << simulation.fault();
+}
+
+// The communication step is that of surface contact, 8 ms; rk2 keeps the 1 ms of `solver.step_s`.
+TEST(StepLimit, ALevelWithShorterStepsDividesTheCommunicationStep) {
+  Simulation simulation(blocks({"solver.contact.step_s=0.008"}, 3));
+  ASSERT_EQ(simulation.description().step_s, 0.008);
+  Snapshot before = simulation.make_snapshot(), after = before;
+  simulation.read_snapshot(before);
+  for (const int level : {1, 2}) {
+    ASSERT_EQ(simulation.set_level_of_detail(-1, level), "");
+    EXPECT_EQ(simulation.solver().name, "rk2");
+    const std::uint64_t steps = simulation.statistics().solver.steps;
+    for (int k = 0; k < 50; ++k) ASSERT_TRUE(simulation.step({})) << simulation.fault();
+    EXPECT_EQ(simulation.statistics().solver.steps - steps, 400U);
+    simulation.read_snapshot(after);
+    EXPECT_EQ(after.time_s - before.time_s, level * 0.4);
+    for (std::size_t i = 0; i < after.components.size(); ++i)
+      EXPECT_LE((after.components[i].p_WB - before.components[i].p_WB).norm(), 1e-4) << i;
+  }
 }
 
 }  // namespace

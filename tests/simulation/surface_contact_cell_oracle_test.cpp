@@ -143,12 +143,16 @@ TEST(SurfaceContactCell, ATallBoxTopplesBeyondItsEdgeAlone) {
   mesh << "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
   directory.write("tall.obj", mesh.str());
   const double balance = std::atan(kHalfWidth_m / kHalfHeight_m);
-  for (const double from_balance : {-1.2 * kDegree, 1.2 * kDegree}) {
+  for (const auto& [from_balance, resample] : {std::pair(-1.2 * kDegree, "automatic"),
+                                               {1.2 * kDegree, "automatic"},
+                                               {-1.2 * kDegree, "always"},
+                                               {1.2 * kDegree, "always"}}) {
     const double angle = balance + from_balance;
     const double x = -kHalfWidth_m * std::cos(angle) + kHalfHeight_m * std::sin(angle),
                  z = kHalfWidth_m * std::sin(angle) + kHalfHeight_m * std::cos(angle);
     SceneText text;
-    text.contact = "{defaults: {friction: 0.8}}";
+    text.contact =
+        std::string("{defaults: {friction: 0.8}, components: {Box: {resample: ") + resample + "}}}";
     text.parts = "  Box: {mesh: tall.obj, mass_kg: 1, hierarchy: 1, pose: {position_m: [" +
                  std::to_string(x) + ", 0, " + std::to_string(z + 1e-6) + "], rpy_rad: [0, " +
                  std::to_string(angle) + ", 0]}}";
@@ -156,7 +160,33 @@ TEST(SurfaceContactCell, ATallBoxTopplesBeyondItsEdgeAlone) {
     SceneRun scene(load_scene(directory, text));
     ASSERT_TRUE(scene.run_to(1.5));
     const double upright = scene.sample("Box").q_WB.toRotationMatrix()(2, 2);
-    EXPECT_NEAR(upright, from_balance < 0.0 ? 1.0 : 0.0, 0.01) << from_balance / kDegree;
+    EXPECT_NEAR(upright, from_balance < 0.0 ? 1.0 : 0.0, 0.01) << from_balance / kDegree << resample;
+  }
+}
+
+// A ball that slides through the whole impact loses mu times the normal impulse, and turns by its lever: dv = mu J / m,
+// dw = 5/2 dv / r. The impact lasts less than a communication step, with damping or almost without.
+TEST(SurfaceContactCell, AnObliqueImpactTakesTheImpulseOfFriction) {
+  constexpr double kRadius_m = 0.025, kMass_kg = 0.5, kFriction = 0.1, kIn_m_per_s = 0.5;
+  for (const char* damping : {"2.5e5", "1e4"}) {
+    const TemporaryDirectory directory;
+    SceneText text;
+    text.contact = std::string("{defaults: {friction: 0.1, areal_damping_N_s_per_m3: ") + damping + "}}";
+    text.parts = "  Ball: {mesh: " + library_mesh("sphere") +
+                 ", mass_kg: 0.5, hierarchy: 1, pose: {position_m: [-0.05, 0, 0.0251]}, "
+                 "twist: {velocity_m_per_s: [1, 0, -0.5]}}";
+    text.grounds = "  Plate: {mesh: " + library_mesh("plate") + "}";
+    SceneRun scene(load_scene(directory, text));
+    const double start_s = scene.simulation().time_s();
+    ASSERT_TRUE(scene.run_to(0.04));
+    const ComponentSample ball = scene.sample("Ball");
+    const double impulse_N_s =
+        kMass_kg * (ball.V_WB.v.z() + kIn_m_per_s + kG * (scene.simulation().time_s() - start_s));
+    const double lost_m_per_s = kFriction * impulse_N_s / kMass_kg;
+    ASSERT_GT(ball.V_WB.v.z(), 0.0);
+    EXPECT_NEAR(1.0 - ball.V_WB.v.x(), lost_m_per_s, 0.005 * lost_m_per_s) << damping;
+    EXPECT_NEAR(ball.V_WB.w.y(), 2.5 * lost_m_per_s / kRadius_m, 0.03 * 2.5 * lost_m_per_s / kRadius_m)
+        << damping;
   }
 }
 

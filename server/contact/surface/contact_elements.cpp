@@ -16,6 +16,80 @@ struct Sums {
   V4 elements{}, area{}, normal{}, friction{}, pressure{}, depth{}, energy{};
 };
 
+/// Of four elements: friction, its size, and what the Jacobian needs of it (ElementRows).
+struct Friction {
+  V4x3 ft;
+  V4 size;
+  V4 kt{}, ct{}, ktt{}, ctt{};
+  V4x3 t{}, change{};
+};
+
+/// (2.21) over the speed, so that it can be multiplied with the velocity.
+template <ElementDetail kDetail>
+TAKT_LANE_INLINE void regularised_friction(const ContactLaw& law, const V4& limit, const V4x3& vt,
+                                           const V4& speed, Friction& to) {
+  const V4 zero{};
+  const double v_eps = law.friction_velocity_m_per_s, over_v = 1.0 / v_eps;
+  const auto fast = speed >= v_eps;
+  const V4 over = fast ? 1.0 / speed : (2.0 - speed * over_v) * over_v;
+  to.ct = limit * over;
+  to.ft = {-to.ct * vt.x, -to.ct * vt.y, -to.ct * vt.z};
+  to.size = to.ct * speed;
+  if constexpr (kDetail == ElementDetail::tangent) {
+    const auto moves = speed > 0.0;
+    to.t = {moves ? vt.x / speed : zero, moves ? vt.y / speed : zero, moves ? vt.z / speed : zero};
+    to.ctt = fast ? to.ct : limit * speed * (over_v * over_v);
+    const V4 per_force = -law.friction * over;
+    to.change = {per_force * vt.x, per_force * vt.y, per_force * vt.z};
+  }
+}
+
+/// Springs stretched by x, which slip at the limit. `on`: elements with pressure.
+template <ElementDetail kDetail, class Mask>
+TAKT_LANE_INLINE void stick_friction(const ContactLaw& law, const V4& area, const V4x3& n, const V4x3& x,
+                                     const V4& limit, const V4x3& vt, const V4& speed, const Mask& on,
+                                     Friction& to) {
+  const V4 zero{};
+  V4 normal_part;
+  simd4::dot(n, x, normal_part);
+  const V4 k = law.tangential_stiffness_Pa_per_m * area, c = law.tangential_damping_N_s_per_m3 * area;
+  const V4x3 q{-(k * (x.x - normal_part * n.x) + c * vt.x), -(k * (x.y - normal_part * n.y) + c * vt.y),
+               -(k * (x.z - normal_part * n.z) + c * vt.z)};
+  V4 size;
+  simd4::dot(q, q, size);
+  simd4::root(size, size);
+  const auto slips = size > limit;
+  const V4 share = slips ? limit / size : zero + 1.0;
+  to.ft = {share * q.x, share * q.y, share * q.z};
+  to.size = slips ? limit : size;
+  if constexpr (kDetail == ElementDetail::secant) {
+    const V4 bounded = speed > law.friction_velocity_m_per_s ? speed : zero + law.friction_velocity_m_per_s;
+    to.kt = on ? (slips ? zero : k) : zero;
+    to.ct = on ? (slips ? limit / bounded : c) : zero;
+  } else if constexpr (kDetail == ElementDetail::tangent) {
+    to.kt = on ? share * k : zero;
+    to.ct = on ? share * c : zero;
+    to.ktt = slips ? to.kt : zero;
+    to.ctt = slips ? to.ct : zero;
+    to.t = {slips ? q.x / size : zero, slips ? q.y / size : zero, slips ? q.z / size : zero};
+    to.change = {law.friction * to.t.x, law.friction * to.t.y, law.friction * to.t.z};
+  }
+}
+
+template <class Mask>
+TAKT_LANE_INLINE void choose(const Mask& first, const V4x3& a, V4x3& b) {
+  b.x = first ? a.x : b.x, b.y = first ? a.y : b.y, b.z = first ? a.z : b.z;
+}
+
+/// Where `first`, `b` becomes `a`.
+template <class Mask>
+TAKT_LANE_INLINE void choose(const Mask& first, const Friction& a, Friction& b) {
+  choose(first, a.ft, b.ft), choose(first, a.t, b.t), choose(first, a.change, b.change);
+  b.size = first ? a.size : b.size;
+  b.kt = first ? a.kt : b.kt, b.ct = first ? a.ct : b.ct;
+  b.ktt = first ? a.ktt : b.ktt, b.ctt = first ? a.ctt : b.ctt;
+}
+
 /// Four elements from `i` on. `s0`, `sw`: velocity of the Target's surface (kBelt).
 template <bool kStick, ElementDetail kDetail, bool kBelt>
 TAKT_LANE_INLINE void four_forces(const ContactLaw& law, const V4x3& v0, const V4x3& w, const V4x3& s0,
@@ -32,7 +106,7 @@ TAKT_LANE_INLINE void four_forces(const ContactLaw& law, const V4x3& v0, const V
   V4 rate;
   simd4::dot(n, v, rate);
   // (2.18) to (2.20)
-  const double over_depth = 1.0 / law.damping_depth_m, over_v = 1.0 / law.friction_velocity_m_per_s;
+  const double over_depth = 1.0 / law.damping_depth_m;
   const bool hardens = std::isfinite(law.linear_depth_m);
   const double linear_m = hardens ? law.linear_depth_m : 0.0, over_linear = hardens ? 1.0 / linear_m : 0.0,
                hardness = hardens ? ContactLaw::kHardening * law.stiffness_Pa_per_m : 0.0;
@@ -58,56 +132,24 @@ TAKT_LANE_INLINE void four_forces(const ContactLaw& law, const V4x3& v0, const V
   simd4::dot(vt, vt, speed);
   simd4::root(speed, speed);
 
-  V4x3 ft;
-  V4 friction;
-  V4 kt = zero, ct = zero, ktt = zero, ctt = zero;
-  V4x3 t{zero, zero, zero}, change{zero, zero, zero};
+  Friction friction;
   if constexpr (kStick) {
     V4x3 x;
+    V4 tied;
     simd4::load(rows[Rows::kXx] + i, rows[Rows::kXy] + i, rows[Rows::kXz] + i, x);
-    V4 normal_part;
-    simd4::dot(n, x, normal_part);
-    const V4 k = law.tangential_stiffness_Pa_per_m * area, c = law.tangential_damping_N_s_per_m3 * area;
-    const V4x3 q{-(k * (x.x - normal_part * n.x) + c * vt.x), -(k * (x.y - normal_part * n.y) + c * vt.y),
-                 -(k * (x.z - normal_part * n.z) + c * vt.z)};
-    V4 size;
-    simd4::dot(q, q, size);
-    simd4::root(size, size);
-    const auto slips = size > limit;
-    const V4 share = slips ? limit / size : zero + 1.0;
-    ft = {share * q.x, share * q.y, share * q.z};
-    friction = slips ? limit : size;
-    if constexpr (kDetail == ElementDetail::secant) {
-      const V4 bounded = speed > law.friction_velocity_m_per_s ? speed : zero + law.friction_velocity_m_per_s;
-      kt = on ? (slips ? zero : k) : zero;
-      ct = on ? (slips ? limit / bounded : c) : zero;
-    } else if constexpr (kDetail == ElementDetail::tangent) {
-      kt = on ? share * k : zero;
-      ct = on ? share * c : zero;
-      ktt = slips ? kt : zero;
-      ctt = slips ? ct : zero;
-      t = {slips ? q.x / size : zero, slips ? q.y / size : zero, slips ? q.z / size : zero};
-      change = {law.friction * t.x, law.friction * t.y, law.friction * t.z};
+    simd4::load(rows[Rows::kTied] + i, tied);
+    stick_friction<kDetail>(law, area, n, x, limit, vt, speed, on, friction);
+    if (simd4::total(tied) < 4.0) {
+      Friction untied;
+      regularised_friction<kDetail>(law, limit, vt, speed, untied);
+      choose(tied == 0.0, untied, friction);
     }
   } else {
-    // (2.21) over the speed, so that it can be multiplied with the velocity.
-    const double v_eps = law.friction_velocity_m_per_s;
-    const auto fast = speed >= v_eps;
-    const V4 over = fast ? 1.0 / speed : (2.0 - speed * over_v) * over_v;
-    ct = limit * over;
-    ft = {-ct * vt.x, -ct * vt.y, -ct * vt.z};
-    friction = ct * speed;
-    if constexpr (kDetail == ElementDetail::tangent) {
-      const auto moves = speed > 0.0;
-      t = {moves ? vt.x / speed : zero, moves ? vt.y / speed : zero, moves ? vt.z / speed : zero};
-      ctt = fast ? ct : limit * speed * (over_v * over_v);
-      const V4 per_force = -law.friction * over;
-      change = {per_force * vt.x, per_force * vt.y, per_force * vt.z};
-    }
+    regularised_friction<kDetail>(law, limit, vt, speed, friction);
   }
   const V4 energy =
       area * ((0.5 * law.stiffness_Pa_per_m) * u * u + (0.2 * hardness * linear_m * linear_m) * (s3 * s * s));
-  const V4x3 f{ft.x - fn * n.x, ft.y - fn * n.y, ft.z - fn * n.z};
+  const V4x3 f{friction.ft.x - fn * n.x, friction.ft.y - fn * n.y, friction.ft.z - fn * n.z};
   V4x3 m;
   simd4::cross(p, f, m);
   sums.fx += f.x, sums.fy += f.y, sums.fz += f.z;
@@ -117,7 +159,7 @@ TAKT_LANE_INLINE void four_forces(const ContactLaw& law, const V4x3& v0, const V
   sums.elements += on ? zero + 1.0 : zero;
   sums.area += on ? area : zero;
   sums.normal += fn;
-  sums.friction += friction;
+  sums.friction += friction.size;
   sums.pressure = pressure > sums.pressure ? pressure : sums.pressure;
   sums.depth = on && u > sums.depth ? u : sums.depth;
   simd4::store(fn, rows[Rows::kForce] + i);
@@ -129,16 +171,17 @@ TAKT_LANE_INLINE void four_forces(const ContactLaw& law, const V4x3& v0, const V
       k += u >= law.damping_depth_m ? zero : area * (law.areal_damping_N_s_per_m3 * rate * over_depth);
     simd4::store(on ? k : zero, rows[Rows::kKn] + i);
     simd4::store(on ? c : zero, rows[Rows::kCn] + i);
-    simd4::store(kt, rows[Rows::kKt] + i);
-    simd4::store(ct, rows[Rows::kCt] + i);
+    simd4::store(friction.kt, rows[Rows::kKt] + i);
+    simd4::store(friction.ct, rows[Rows::kCt] + i);
   }
   if constexpr (kDetail == ElementDetail::tangent) {
-    simd4::store(ktt, rows[Rows::kKtt] + i);
-    simd4::store(ctt, rows[Rows::kCtt] + i);
-    simd4::store(t.x, rows[Rows::kTx] + i), simd4::store(t.y, rows[Rows::kTy] + i),
-        simd4::store(t.z, rows[Rows::kTz] + i);
-    simd4::store(change.x, rows[Rows::kFx] + i), simd4::store(change.y, rows[Rows::kFy] + i);
-    simd4::store(change.z, rows[Rows::kFz] + i);
+    simd4::store(friction.ktt, rows[Rows::kKtt] + i);
+    simd4::store(friction.ctt, rows[Rows::kCtt] + i);
+    simd4::store(friction.t.x, rows[Rows::kTx] + i), simd4::store(friction.t.y, rows[Rows::kTy] + i),
+        simd4::store(friction.t.z, rows[Rows::kTz] + i);
+    simd4::store(friction.change.x, rows[Rows::kFx] + i),
+        simd4::store(friction.change.y, rows[Rows::kFy] + i);
+    simd4::store(friction.change.z, rows[Rows::kFz] + i);
     simd4::store(f.x, rows[Rows::kSx] + i), simd4::store(f.y, rows[Rows::kSy] + i),
         simd4::store(f.z, rows[Rows::kSz] + i);
   }

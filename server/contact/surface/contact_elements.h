@@ -36,6 +36,7 @@ class ElementRows {
     kXx,
     kXy,
     kXz,        ///< stick: displacement from the relaxed state of the spring
+    kTied,      ///< stick: 1 with a spring; 0: none yet, friction is regularised
     kForce,     ///< result: normal force
     kPressure,  ///< result: normal force per area
     // Results for the Jacobian: factors of normal and tangential displacement (k) and velocity (c).

@@ -31,7 +31,7 @@ struct ContactParameters {
   double damping_depth_m = 2e-6;             ///< u_d of (2.19): damping grows linearly up to this penetration
   double friction = 0.3;                     ///< mu of (2.21)
   double friction_velocity_m_per_s = 0.001;  ///< v_eps of (2.21)
-  FrictionLaw friction_law = FrictionLaw::regularised;
+  FrictionLaw friction_law = FrictionLaw::stick;
   DepthSource depth = DepthSource::polygonal;
   /// Stick law: tangential stiffness over normal stiffness of an element (Mindlin: about 0.8 for nu = 0.3),
   /// and tangential damping over areal damping.

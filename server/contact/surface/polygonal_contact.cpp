@@ -175,13 +175,14 @@ void PolygonalContact::Impl::fill_found() {
 void PolygonalContact::Impl::fill_springs(const Pose& X_BS) {
   using R = ElementRows;
   if (law.friction_law != FrictionLaw::stick) return;
-  double *x = rows[R::kXx], *y = rows[R::kXy], *z = rows[R::kXz];
+  double *x = rows[R::kXx], *y = rows[R::kXy], *z = rows[R::kXz], *tied = rows[R::kTied];
   auto spring = springs.begin();
   for (std::size_t i = 0; i < filled.size(); ++i) {
     const std::int32_t element = filled[i];
     while (spring != springs.end() && spring->element < element) ++spring;
-    x[i] = y[i] = z[i] = 0.0;
+    x[i] = y[i] = z[i] = tied[i] = 0.0;
     if (spring == springs.end() || spring->element != element) continue;
+    tied[i] = 1.0;
     const Vec3 anchor_B = X_BS * spring->anchor_T;
     const auto e = static_cast<std::size_t>(element);
     x[i] = base.px[e] - anchor_B.x(), y[i] = base.py[e] - anchor_B.y(), z[i] = base.pz[e] - anchor_B.z();

@@ -6,6 +6,8 @@
 #include <numeric>
 #include <utility>
 
+#include "server/geometry/surface/rim_strips.h"
+
 namespace takt {
 namespace {
 
@@ -21,6 +23,8 @@ constexpr double kRounding = 1e-9;
 constexpr double kMargin = 1e-6;
 /// A face that is longer than a number of cells by this share of one gets none more: single precision.
 constexpr double kCellSlack = 1e-4;
+/// Width of a strip over the spacing, which is half an element edge.
+constexpr double kStripShare = 2.0 * kRimShare;
 /// Cells in which the centre of the area is beside the surface are divided as often.
 constexpr int kDeepest = 4;
 
@@ -183,12 +187,13 @@ class RegionSampler {
   RegionSampler(const Data& data, const FlatRegions& regions, std::size_t region, double spacing_m)
       : data_(data), regions_(regions), region_(regions.regions[region]), spacing_m_(spacing_m) {}
 
-  std::vector<SurfaceSample> run() {
+  std::vector<SurfaceSample> run(Rims rims) {
     choose_axes();
     choose_cells();
+    if (rims == Rims::strips) choose_strips();
     for (const std::int32_t f : region_.faces) cut(f);
     join_small_cells();
-    for (auto& [place, fragments] : cells_) take(fragments, 0);
+    for (auto& [place, fragments] : cells_) take_strips(fragments, 0, false);
     return std::move(samples_);
   }
 
@@ -203,7 +208,17 @@ class RegionSampler {
 
   struct Run {
     Vec3 from, to;
+    bool is_sharp;  ///< the next face turns away along all of it
     double length_m() const { return (to - from).norm(); }
+  };
+  /// Along a run, which goes around the region counter-clockwise.
+  struct Strip {
+    Vec2 from, along;
+    double length_m, width_m;
+    double beside_m(const Vec2& p) const {
+      const Vec2 v = p - from;
+      return along.x() * v.y() - along.y() * v.x();
+    }
   };
 
   /// Along the longest straight run of the rim, whose edges may be short. Of equally long ones a direction counts, not
@@ -229,26 +244,33 @@ class RegionSampler {
 
   /// Of the rim's loops, beginning at their sharpest corners.
   std::vector<Run> straight_runs() const {
-    std::map<std::uint32_t, std::uint32_t> next;  // vertices along the rim
+    struct RimEdge {
+      std::uint32_t to;
+      bool is_sharp;
+    };
+    std::map<std::uint32_t, RimEdge> next;  // by vertex along the rim
     for (const std::int32_t f : region_.faces)
       for (std::size_t k = 0; k < 3; ++k)
         if (region_of(face(f).neighbour[k]) != region_of(f))
-          next.try_emplace(face(f).vertex[k], face(f).vertex[(k + 1) % 3]);
+          next.try_emplace(face(f).vertex[k],
+                           RimEdge{face(f).vertex[(k + 1) % 3], turns_away(data_, face(f), k)});
     std::vector<Run> runs;
     while (!next.empty()) {
       std::vector<Vec3> loop;
+      std::vector<char> sharp;
       for (auto at = next.begin(); at != next.end();) {
         loop.push_back(data_.vertices[at->first]);
-        const std::uint32_t to = at->second;
+        sharp.push_back(at->second.is_sharp ? 1 : 0);
+        const std::uint32_t to = at->second.to;
         next.erase(at);
         at = next.find(to);
       }
-      add_runs(loop, runs);
+      add_runs(loop, sharp, runs);
     }
     return runs;
   }
 
-  void add_runs(const std::vector<Vec3>& loop, std::vector<Run>& runs) const {
+  void add_runs(const std::vector<Vec3>& loop, const std::vector<char>& sharp, std::vector<Run>& runs) const {
     const std::size_t n = loop.size();
     const auto at = [&](std::size_t i) -> const Vec3& { return loop[i % n]; };
     std::size_t corner = 0;
@@ -263,8 +285,24 @@ class RegionSampler {
       const bool straight = i < corner + n && along.dot(beside) > 0.0 &&
                             (beside - along.dot(beside) * along).norm() <= regions_.flatness_m;
       if (straight) continue;
-      runs.push_back({at(begin), at(i)});
+      bool is_sharp = true;
+      for (std::size_t k = begin; k < i; ++k) is_sharp = is_sharp && sharp[k % n] != 0;
+      runs.push_back({at(begin), at(i), is_sharp});
       begin = i;
+    }
+  }
+
+  /// Where the region is at least a cell wide.
+  void choose_strips() {
+    for (const Run& run : straight_runs()) {
+      if (!run.is_sharp || run.length_m() < spacing_m_ * (1.0 - kCellSlack)) continue;
+      const Vec2 from = local(run.from), along = local(run.to) - from;
+      Strip strip{from, along.normalized(), along.norm(), kStripShare * spacing_m_};
+      double widest_m = 0.0;
+      for (const std::int32_t f : region_.faces)
+        for (const Vec3& corner : data_.corners(face(f)))
+          widest_m = std::max(widest_m, strip.beside_m(local(corner)));
+      if (widest_m >= spacing_m_ * (1.0 - kCellSlack)) strips_.push_back(strip);
     }
   }
 
@@ -345,6 +383,65 @@ class RegionSampler {
     }
   }
 
+  /// The elements of a cell, divided along the strips from this one on.
+  void take_strips(const Fragments& fragments, std::size_t first, bool is_strip) {
+    const double least_m2 = kSmallShare * cell_.x() * cell_.y();
+    for (std::size_t k = first; k < strips_.size(); ++k) {
+      Fragments inside, outside;
+      divide(fragments, strips_[k], inside, outside);
+      if (!(moments(outside).area > least_m2) || !(moments(inside).area > least_m2)) continue;
+      take_strips(inside, k + 1, is_strip);
+      return take_strips(outside, k + 1, true);
+    }
+    const std::size_t before = samples_.size();
+    take(fragments, 0);
+    for (std::size_t i = before; i < samples_.size(); ++i) samples_[i].is_strip = is_strip;
+  }
+
+  /// `outside` is the strip: the rectangle along its run.
+  void divide(const Fragments& fragments, const Strip& strip, Fragments& inside, Fragments& outside) const {
+    const double margin_m = kMargin * spacing_m_;
+    const Vec2 inward(-strip.along.y(), strip.along.x());
+    // Inside of the rectangle where direction . (p - from) + shift_m is not negative.
+    const std::pair<Vec2, double> limits[] = {
+        {strip.along, 0.0}, {-strip.along, strip.length_m}, {inward, margin_m}, {-inward, strip.width_m}};
+    for (const Fragment& part : fragments) {
+      const auto is_apart = [&](const auto& limit) {
+        return std::all_of(part.polygon.begin(), part.polygon.end(), [&](const Vec2& p) {
+          return limit.first.dot(p - strip.from) + limit.second <= margin_m;
+        });
+      };
+      if (std::any_of(std::begin(limits), std::end(limits), is_apart)) {
+        inside.push_back(part);
+        continue;
+      }
+      Fragment rest = part;
+      for (const auto& [direction, shift_m] : limits) {
+        Fragment beyond{{}, part.stretch, part.face};
+        Polygon within;
+        cut_along(rest.polygon, strip.from, direction, shift_m, within, beyond.polygon);
+        rest.polygon = std::move(within);
+        if (beyond.polygon.size() >= 3) inside.push_back(std::move(beyond));
+      }
+      if (rest.polygon.size() >= 3) outside.push_back(std::move(rest));
+    }
+  }
+
+  static void cut_along(const Polygon& polygon, const Vec2& from, const Vec2& direction, double shift_m,
+                        Polygon& within, Polygon& beyond) {
+    for (std::size_t i = 0; i < polygon.size(); ++i) {
+      const Vec2 &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
+      const double at_a = direction.dot(a - from) + shift_m, at_b = direction.dot(b - from) + shift_m;
+      if (at_a >= 0.0) within.push_back(a);
+      if (at_a <= 0.0) beyond.push_back(a);
+      if ((at_a < 0.0 && at_b > 0.0) || (at_a > 0.0 && at_b < 0.0)) {
+        const Vec2 cut = a + at_a / (at_a - at_b) * (b - a);
+        within.push_back(cut);
+        beyond.push_back(cut);
+      }
+    }
+  }
+
   /// One element; several if the centre of the area is beside the region (around a hole, between two arms).
   void take(const Fragments& fragments, int depth) {
     const Moments all = moments(fragments);
@@ -377,8 +474,8 @@ class RegionSampler {
 
   void add(const Fragments& fragments, const Moments& all, std::int32_t f) {
     const auto at = [this](const Vec2& p) -> Vec3 { return origin_ + p.x() * x_ + p.y() * y_; };
-    SurfaceSample sample{
-        on_face(at(all.first / all.area), f), all.area, all.slenderness(), static_cast<std::uint32_t>(f), {}};
+    SurfaceSample sample{on_face(at(all.first / all.area), f), all.area, all.slenderness(),
+                         static_cast<std::uint32_t>(f),        {},       false};
     std::vector<Vec2> points;
     for (const Fragment& part : fragments)
       points.insert(points.end(), part.polygon.begin(), part.polygon.end());
@@ -397,6 +494,7 @@ class RegionSampler {
   Vec2 lower_, cell_;
   std::array<std::int64_t, 2> count_{};
   std::map<Place, Fragments> cells_;
+  std::vector<Strip> strips_;
   std::vector<SurfaceSample> samples_;
 };
 
@@ -417,8 +515,8 @@ FlatRegions find_flat_regions(const Data& data) {
 }
 
 std::vector<SurfaceSample> sample_region(const Data& data, const FlatRegions& regions, std::size_t region,
-                                         double spacing_m) {
-  return RegionSampler(data, regions, region, spacing_m).run();
+                                         double spacing_m, Rims rims) {
+  return RegionSampler(data, regions, region, spacing_m).run(rims);
 }
 
 }  // namespace takt

@@ -28,6 +28,7 @@ struct SurfaceSample {
   std::uint32_t face = 0;  ///< has the point
   /// Convex hull of the element: the element itself, except at rims that curve inwards.
   std::vector<Vec3> outline;
+  bool is_strip = false;  ///< split off from its cell along a rim
 };
 
 /// Connected faces in one plane, up to the rounding of single precision, in which mesh files state positions.
@@ -46,10 +47,13 @@ struct FlatRegions {
 
 FlatRegions find_flat_regions(const ContactSurface::Data& data);
 
+/// Whether cells have strips along the straight runs of sharp rims that are at least a cell long (rim_strips.h).
+enum class Rims : std::uint8_t { plain, strips };
+
 /// Elements of one region: cells of at most `spacing_m` in both directions, along the longest straight run of the
 /// region's rim and across it. Together they have the area and the first moment of the area of the region, but for
 /// rounding. Same surface, same bits.
 std::vector<SurfaceSample> sample_region(const ContactSurface::Data& data, const FlatRegions& regions,
-                                         std::size_t region, double spacing_m);
+                                         std::size_t region, double spacing_m, Rims rims);
 
 }  // namespace takt

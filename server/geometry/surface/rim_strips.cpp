@@ -26,15 +26,19 @@ void split(const std::vector<Vec3>& polygon, const std::vector<double>& distance
 
 }  // namespace
 
+bool turns_away(const ContactSurface::Data& data, const ContactFace& face, std::size_t edge) {
+  const ContactFace& beyond = data.faces[static_cast<std::size_t>(face.neighbour[edge])];
+  const Vec3& normal = data.patches[static_cast<std::size_t>(face.patch)].normal;
+  const Vec3& other = data.patches[static_cast<std::size_t>(beyond.patch)].normal;
+  return !(normal.dot(other) > kTurns_cos) && !(other.dot(face.inward[edge]) > 0.0);
+}
+
 RimStrips::RimStrips(const ContactSurface::Data& data, std::size_t face, double edge_m)
     : width_m_(kRimShare * edge_m) {
   if (!(edge_m > 0.0)) return;
   const ContactFace& here = data.faces[face];
-  const Vec3& normal = data.patches[static_cast<std::size_t>(here.patch)].normal;
   for (std::size_t k = 0; k < 3; ++k) {
-    const ContactFace& beyond = data.faces[static_cast<std::size_t>(here.neighbour[k])];
-    const Vec3& other = data.patches[static_cast<std::size_t>(beyond.patch)].normal;
-    if (normal.dot(other) > kTurns_cos || other.dot(here.inward[k]) > 0.0) continue;
+    if (!turns_away(data, here, k)) continue;
     const double wide_m = here.inward[k].dot(data.vertices[here.vertex[(k + 2) % 3]]) + here.shift_m[k];
     if (wide_m < 0.5 * edge_m) continue;
     lines_.push_back({here.inward[k], here.shift_m[k] - width_m_});

@@ -11,8 +11,11 @@ namespace takt {
 /// Width of a strip over the element edge.
 inline constexpr double kRimShare = 0.125;
 
-/// The edges of a face with strips: those to a face that turns away by more than 20 degrees, where this face is at least half an
-/// element edge wide. None with an element edge of 0.
+/// Whether the face beyond this edge turns away by more than 20 degrees.
+bool turns_away(const ContactSurface::Data& data, const ContactFace& face, std::size_t edge);
+
+/// The edges of a face with strips: those where the next face turns away, and where this face is at least half an element edge
+/// wide. None with an element edge of 0.
 class RimStrips {
  public:
   RimStrips(const ContactSurface::Data& data, std::size_t face, double edge_m);

@@ -166,7 +166,7 @@ std::vector<SurfaceSample> sample_dense(const Data& data, const Pieces& pieces, 
   const double enough_m = std::min(std::sqrt(area_m2) / kEnoughAlong, 2.0 * area_m2 / rim_m / kEnoughAcross);
   spacing_m = std::min(spacing_m, enough_m);
   if (area_m2 > spacing_m * spacing_m * static_cast<double>(count) / kTooMany) return {};
-  return sample_region(data, flat, region, spacing_m);
+  return sample_region(data, flat, region, spacing_m, Rims::plain);
 }
 
 /// The elements of a region on a grid, or empty where that is no better than the pieces of its triangles. `spacing_m`:
@@ -179,17 +179,17 @@ std::vector<SurfaceSample> sample_needles(const Data& data, const Pieces& pieces
   for (const std::int32_t f : flat.regions[region].faces) {
     const auto i = static_cast<std::size_t>(f);
     slender_m2 += pieces.slender_m2[i];
-    least += pieces.first[i + 1] - pieces.first[i];  // cells have no strips along rims
+    least += pieces.first[i + 1] - pieces.first[i];
     for (std::uint32_t e = pieces.first[i]; e < pieces.first[i + 1]; ++e) area_m2 += data.area_m2[e];
   }
   if (!(slender_m2 >= kSlenderShare * area_m2) || !(area_m2 > 0.0)) return {};
   if (are_parallel(data, pieces, flat.regions[region])) return {};
-  std::vector<SurfaceSample> samples = sample_region(data, flat, region, spacing_m);
+  std::vector<SurfaceSample> samples = sample_region(data, flat, region, spacing_m, Rims::strips);
   // Cells of a strip that is narrow itself are as slender.
   if (!(slender_m2 - slender_area_m2(samples) >= kSlenderShare * area_m2)) return {};
   while (samples.size() < least) {
     spacing_m = std::min(kFiner * spacing_m, std::sqrt(area_m2 / static_cast<double>(least)));
-    samples = sample_region(data, flat, region, spacing_m);
+    samples = sample_region(data, flat, region, spacing_m, Rims::strips);
   }
   return samples;
 }
@@ -277,6 +277,7 @@ void replace_elements(Data& data, const Pieces& pieces, const Resampled& by) {
       const auto begin = static_cast<std::uint32_t>(data.outline_points.size());
       data.outline_points.insert(data.outline_points.end(), cell.outline.begin(), cell.outline.end());
       data.outlines.push_back({begin, static_cast<std::uint32_t>(data.outline_points.size())});
+      if (cell.is_strip) ++data.strip_count;
     }
   }
   report.elements = data.element_count();
@@ -304,7 +305,7 @@ void make_elements(ContactSurface::Data& data, const ContactSurfaceOptions& opti
   if (always) {
     Resampled all(data);
     all.add(data, edge_m, [&data](const FlatRegions& flat, std::size_t region, double& spacing_m) {
-      return sample_region(data, flat, region, spacing_m);
+      return sample_region(data, flat, region, spacing_m, Rims::strips);
     });
     replace_elements(data, pieces, all);
   } else if (may_resample && (has_needles() || data.element_count() >= kFewestTooMany)) {

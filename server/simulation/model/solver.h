@@ -18,7 +18,7 @@ enum class SystemMatrix : std::uint8_t {
 struct SolverParameters {
   std::string name = "rk2";
   double tolerance = 1e-6;  ///< relative; absolute tolerances: times the states' scales
-  double step_s = 0.001;    ///< communication step
+  double step_s = 0.0;      ///< largest step of methods without error control; 0: the communication step
   SystemMatrix matrix = SystemMatrix::automatic;
 };
 

@@ -36,6 +36,9 @@ std::unique_ptr<Integrator> make_automatic(const SolverParameters& parameters, c
                                                 RosenbrockIntegrator::CalmSteps::two_stages);
 }
 
+// A communication step that is longer than the largest step by less than rounding is one step.
+constexpr double kOnePiece = 1.0 + 1e-9;
+
 constexpr std::array kSolvers{
     Solver{"rk2", make<Rk2Integrator>, Solver::Kind::is_explicit},
     Solver{"rk4", make<Rk4Integrator>, Solver::Kind::is_explicit},
@@ -58,7 +61,15 @@ const Solver* find(std::string_view name) {
 bool Integrator::advance(OdeSystem& system, double t, double h, std::span<double> x) {
   failure_.clear();
   try {
-    return take_step(system, t, h, x);
+    const double share = largest_step_s_ > 0.0 && fixed_step() ? h / largest_step_s_ : 1.0;
+    if (share <= kOnePiece) return take_step(system, t, h, x);
+    const double pieces = std::ceil(share / kOnePiece);
+    for (double i = 0.0; i < pieces; ++i) {
+      const double begin = t + h * (i / pieces);
+      if (i > 0.0) system.update_motion(begin, x);
+      if (!take_step(system, begin, h / pieces, x)) return false;
+    }
+    return true;
   } catch (const std::exception& error) {
     restart();
     failure_ = std::string("a plant model could not be evaluated: ") + error.what();
@@ -114,7 +125,11 @@ double solver_default_tolerance(std::string_view name) {
 }
 
 std::unique_ptr<Integrator> make_integrator(const SolverParameters& parameters, const OdeSystem& system) {
-  if (const Solver* const solver = find(parameters.name)) return solver->make(parameters, system);
+  if (const Solver* const solver = find(parameters.name)) {
+    std::unique_ptr<Integrator> integrator = solver->make(parameters, system);
+    integrator->limit_step(parameters.step_s);
+    return integrator;
+  }
   throw std::invalid_argument("unknown solver '" + parameters.name +
                               "'; allowed: " + list_names(solver_names()));
 }

@@ -23,6 +23,8 @@ class Integrator {
   /// failed in spite of its recoveries, or a plant model threw; failure() then has the reason, and x is
   /// invalid. True: x is finite. Throws no exception derived from std::exception.
   bool advance(OdeSystem& system, double t, double h, std::span<double> x);
+  /// A method with a fixed step divides longer communication steps into equal ones; 0: it does not.
+  void limit_step(double largest_step_s) { largest_step_s_ = largest_step_s; }
   /// Call after a discontinuous change of the right-hand side or the state: multi-step methods discard their
   /// memory.
   virtual void restart() {}
@@ -60,6 +62,9 @@ class Integrator {
 
   SolverStatistics statistics_;
   std::string failure_;
+
+ private:
+  double largest_step_s_ = 0.0;
 };
 
 /// Meaning of SystemMatrix::automatic for this system.

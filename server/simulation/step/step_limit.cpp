@@ -64,7 +64,7 @@ std::string step_remark(const CellModel& cell, bool dynamic, bool& refused) {
   refused = false;
   const SolverParameters& solver = dynamic && cell.dynamics_solver ? *cell.dynamics_solver : cell.solver;
   const StepLimit limit = substitute_step_limit(cell, solver);
-  const double h = cell.step_s;
+  const double h = solver.step_s > 0.0 ? std::min(solver.step_s, cell.step_s) : cell.step_s;
   const auto found = [&] { return "solver.step_s: found " + milliseconds(h) + " with " + solver.name; };
   const std::string remedy = "; choose a shorter step or solver.method: rosenbrock, which has no such limit";
   if (h > limit.single_s) {
