@@ -144,7 +144,7 @@ TEST(SurfaceContactCell, ATallBoxTopplesBeyondItsEdgeAlone) {
   directory.write("tall.obj", mesh.str());
   const double balance = std::atan(kHalfWidth_m / kHalfHeight_m);
   for (const auto& [from_balance, resample] : {std::pair(-1.2 * kDegree, "automatic"),
-                                               {1.2 * kDegree, "automatic"},
+                                               {1.2 * kDegree, "auto"},
                                                {-1.2 * kDegree, "always"},
                                                {1.2 * kDegree, "always"}}) {
     const double angle = balance + from_balance;
@@ -184,7 +184,7 @@ TEST(SurfaceContactCell, AnObliqueImpactTakesTheImpulseOfFriction) {
         kMass_kg * (ball.V_WB.v.z() + kIn_m_per_s + kG * (scene.simulation().time_s() - start_s));
     const double lost_m_per_s = kFriction * impulse_N_s / kMass_kg;
     ASSERT_GT(ball.V_WB.v.z(), 0.0);
-    EXPECT_NEAR(1.0 - ball.V_WB.v.x(), lost_m_per_s, 0.005 * lost_m_per_s) << damping;
+    EXPECT_NEAR(1.0 - ball.V_WB.v.x(), lost_m_per_s, 0.01 * lost_m_per_s) << damping;
     EXPECT_NEAR(ball.V_WB.w.y(), 2.5 * lost_m_per_s / kRadius_m, 0.03 * 2.5 * lost_m_per_s / kRadius_m)
         << damping;
   }
