@@ -266,9 +266,10 @@ void write_verification_page(std::ostream& out, const nlohmann::ordered_json& re
   if (const std::size_t missing = with("not run"); missing > 0)
     sentence += " " + counted(missing, "scene was", "scenes were") + " not run.";
   write_verdict(out, good, good ? "good" : "bad", sentence);
-  out << "<p>" << xml_escaped(text_of(report["description"])) << " Terms: ASME V&amp;V 10 and 20. Test configuration (VDI/VDE 3693): "
-      << xml_escaped(text_of(report["test_configuration"])) << ". "
-      << xml_escaped(text_of(report["version"])) << ".</p>\n";
+  out << "<p>" << xml_escaped(text_of(report["description"]))
+      << " Terms: ASME V&amp;V 10 and 20. Test configuration (VDI/VDE 3693): "
+      << xml_escaped(text_of(report["test_configuration"])) << ". " << xml_escaped(text_of(report["version"]))
+      << ".</p>\n";
   {
     HtmlTable table(out, {"scene", "verdict", "comparison"});
     for (const Json& scene : report["scenes"])
