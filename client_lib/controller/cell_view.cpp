@@ -290,8 +290,7 @@ int length_of_view(lua_State* L) {
 }  // namespace
 
 void open_cell_view(lua_State* L) {
-  const luaL_Reg none[] = {{nullptr, nullptr}};
-  define_type(L, kViewType, lua_entry<index_view>, none);
+  define_type(L, kViewType, lua_entry<index_view>, {});
   luaL_getmetatable(L, kViewType);
   lua_pushcfunction(L, lua_entry<length_of_view>);
   lua_setfield(L, -2, "__len");

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t kLongestName_bytes = 1000;
 
-const NamedNumber& find_option(std::string_view name, std::initializer_list<NamedNumber> known) {
+const NamedNumber& find_option(std::string_view name, std::span<const NamedNumber> known) {
   for (const NamedNumber& option : known) {
     if (option.name == name) return option;
   }
@@ -19,7 +19,7 @@ const NamedNumber& find_option(std::string_view name, std::initializer_list<Name
 }
 }  // namespace
 
-void read_options(lua_State* L, int index, std::initializer_list<NamedNumber> known) {
+void read_options(lua_State* L, int index, std::span<const NamedNumber> known) {
   if (lua_isnoneornil(L, index)) return;
   if (!lua_istable(L, index)) {
     throw std::runtime_error("a table {" + list_names(known) + "} is needed, not a " +
@@ -28,7 +28,7 @@ void read_options(lua_State* L, int index, std::initializer_list<NamedNumber> kn
   lua_pushnil(L);
   while (lua_next(L, index) != 0) {
     if (lua_type(L, -2) != LUA_TSTRING) {
-      throw std::runtime_error("every value needs its name: {" + std::string(known.begin()->name) +
+      throw std::runtime_error("every value needs its name: {" + std::string(known.front().name) +
                                " = ...}; known are " + list_names(known));
     }
     const NamedNumber& option = find_option(to_name(L, -2), known);

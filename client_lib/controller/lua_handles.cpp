@@ -2,12 +2,18 @@
 
 #include <stdexcept>
 
+#include "client_lib/controller/lua_arguments.h"
+
 namespace takt::controller {
 
-void define_type(lua_State* L, const char* type, lua_CFunction index, const luaL_Reg* methods) {
+void define_type(lua_State* L, const char* type, lua_CFunction index, std::span<const LuaCall> calls) {
   luaL_newmetatable(L, type);
   lua_newtable(L);
-  luaL_setfuncs(L, methods, 0);
+  for (const LuaCall& call : calls) {
+    if (call.is_field()) continue;
+    lua_pushcfunction(L, call.function);
+    lua_setfield(L, -2, std::string(call.name()).c_str());
+  }
   lua_setfield(L, -2, "methods");
   if (index != nullptr) {
     lua_pushcfunction(L, index);
@@ -21,6 +27,25 @@ void define_type(lua_State* L, const char* type, lua_CFunction index, const luaL
       L, [](lua_State* state) { return lua_pushvalue(state, lua_upvalueindex(1)), 1; }, 1);
   lua_setfield(L, -2, "__tostring");
   lua_pop(L, 1);
+}
+
+void register_functions(lua_State* L, std::span<const LuaCall> calls) {
+  for (const LuaCall& call : calls) lua_register(L, std::string(call.name()).c_str(), call.function);
+}
+
+int push_member(lua_State* L, std::span<const LuaCall> calls, std::string_view what, std::string_view hint) {
+  const std::string_view key = to_name(L, 2);
+  for (const LuaCall& call : calls) {
+    if (call.name() != key) continue;
+    if (call.is_field()) return call.function(L);
+    luaL_getmetafield(L, 1, "methods");
+    lua_pushvalue(L, 2);
+    lua_rawget(L, -2);
+    return 1;
+  }
+  refuse_key(what, key, join(calls, ", ", [](const LuaCall& call) {
+                          return std::string(call.name());
+                        }) + std::string(hint));
 }
 
 void push_handle(lua_State* L, const char* type, int index) {

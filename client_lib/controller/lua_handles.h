@@ -1,16 +1,25 @@
 #pragma once
 // Handles of the program for elements of the cell: an index, whose metatable is the kind of element.
+#include <span>
 #include <string>
 #include <string_view>
 
 #include "idl/common/text.h"
+#include "idl/lua/lua_call.h"
 #include "idl/lua/lua_sandbox.h"
 #include "plant_models/robot/arm_kinematics.h"
 
 namespace takt::controller {
 
-/// Makes a type of handle. `index` answers handle.NAME; without one the methods do.
-void define_type(lua_State* L, const char* type, lua_CFunction index, const luaL_Reg* methods);
+/// Makes a type of handle. `index` answers handle.NAME; without one the methods do, which are the calls that are no fields.
+void define_type(lua_State* L, const char* type, lua_CFunction index, std::span<const LuaCall> calls);
+
+/// As globals.
+void register_functions(lua_State* L, std::span<const LuaCall> calls);
+
+/// In `index` of a handle: pushes the field or method that argument 2 names. `what` is the handle in the error.
+int push_member(lua_State* L, std::span<const LuaCall> calls, std::string_view what,
+                std::string_view hint = "");
 
 void push_handle(lua_State* L, const char* type, int index);
 

@@ -10,6 +10,7 @@
 #include <type_traits>
 
 #include "client_lib/controller/lua_arguments.h"
+#include "client_lib/controller/lua_handles.h"
 #include "client_lib/kinematics/motions.h"
 
 namespace takt::controller {
@@ -41,7 +42,9 @@ void note_angle(lua_State* L, const char* name, double value) {
 
 int make_pose(lua_State* L) {
   double x = 0.0, y = 0.0, z = 0.0, roll = 0.0, pitch = 0.0, yaw = 0.0;
-  read_options(L, 1, {{"x", &x}, {"y", &y}, {"z", &z}, {"roll", &roll}, {"pitch", &pitch}, {"yaw", &yaw}});
+  const NamedNumber fields[] = {{"x", &x},       {"y", &y},         {"z", &z},
+                                {"roll", &roll}, {"pitch", &pitch}, {"yaw", &yaw}};
+  read_options(L, 1, fields);
   note_angle(L, "roll", roll);
   note_angle(L, "pitch", pitch);
   note_angle(L, "yaw", yaw);
@@ -72,43 +75,53 @@ int text(lua_State* L) {
   return 1;
 }
 
-int index_pose(lua_State* L) {
-  const Pose X = to_pose(L, 1);
-  const std::string_view key = to_name(L, 2);
-  if (key == "offset") {
-    lua_pushcfunction(L, lua_entry<offset>);
-  } else if (key == "inverse") {
-    lua_pushcfunction(L, lua_entry<inverse>);
-  } else if (key == "x") {
-    lua_pushnumber(L, X.p.x());
-  } else if (key == "y") {
-    lua_pushnumber(L, X.p.y());
-  } else if (key == "z") {
-    lua_pushnumber(L, X.p.z());
-  } else if (key == "roll") {
-    lua_pushnumber(L, std::atan2(X.R(2, 1), X.R(2, 2)));
-  } else if (key == "pitch") {
-    lua_pushnumber(L, std::atan2(-X.R(2, 0), std::hypot(X.R(0, 0), X.R(1, 0))));
-  } else if (key == "yaw") {
-    lua_pushnumber(L, std::atan2(X.R(1, 0), X.R(0, 0)));
-  } else {
-    throw std::runtime_error("a pose has no '" + std::string(key) +
-                             "'; it has x, y, z, roll, pitch, yaw, offset, inverse");
-  }
+template <double (*number)(const Pose&)>
+int push_number(lua_State* L) {
+  lua_pushnumber(L, number(to_pose(L, 1)));
   return 1;
+}
+constexpr LuaCall kPoseCalls[] = {
+    {"x", push_number<[](const Pose& X) { return X.p.x(); }>, "m"},
+    {"y", push_number<[](const Pose& X) { return X.p.y(); }>, "m"},
+    {"z", push_number<[](const Pose& X) { return X.p.z(); }>, "m"},
+    {"roll", push_number<[](const Pose& X) { return std::atan2(X.R(2, 1), X.R(2, 2)); }>,
+     "rad, about the fixed x axis"},
+    {"pitch",
+     push_number<[](const Pose& X) { return std::atan2(-X.R(2, 0), std::hypot(X.R(0, 0), X.R(1, 0))); }>,
+     "rad, about the fixed y axis"},
+    {"yaw", push_number<[](const Pose& X) { return std::atan2(X.R(1, 0), X.R(0, 0)); }>,
+     "rad, about the fixed z axis"},
+    {"offset(dx, dy, dz)", lua_entry<offset>,
+     "the pose moved along the axes of the frame in which it is given (m)"},
+    {"inverse()", lua_entry<inverse>, "the inverse"}};
+constexpr LuaCall kPoseOperators[] = {
+    {"a * b", lua_entry<multiply>, "the pose b given in the frame a", "__mul"},
+    {"tostring(a)", lua_entry<text>, "the pose as text", "__tostring"}};
+constexpr LuaCall kPoseFunctions[] = {
+    {"pose{x=, y=, z=, roll=, pitch=, yaw=}", lua_entry<make_pose>,
+     "a pose: Rz(yaw) Ry(pitch) Rx(roll), angles about fixed axes; omitted values are 0"}};
+
+int index_pose(lua_State* L) {
+  to_pose(L, 1);
+  return push_member(L, kPoseCalls, "a pose");
 }
 
 }  // namespace
 
 void open_pose_library(lua_State* L) {
-  luaL_newmetatable(L, kPoseType);
-  const luaL_Reg methods[] = {{"__index", lua_entry<index_pose>},
-                              {"__mul", lua_entry<multiply>},
-                              {"__tostring", lua_entry<text>},
-                              {nullptr, nullptr}};
-  luaL_setfuncs(L, methods, 0);
+  define_type(L, kPoseType, lua_entry<index_pose>, kPoseCalls);
+  luaL_getmetatable(L, kPoseType);
+  for (const LuaCall& call : kPoseOperators) {
+    lua_pushcfunction(L, call.function);
+    lua_setfield(L, -2, std::string(call.name()).c_str());
+  }
   lua_pop(L, 1);
-  lua_register(L, "pose", lua_entry<make_pose>);
+  register_functions(L, kPoseFunctions);
+}
+
+std::string pose_reference() {
+  return lua_call_table(kPoseFunctions) + "\nOf a pose `a`:\n\n" + lua_call_table(kPoseCalls, "a:") + "\n" +
+         lua_call_table(kPoseOperators);
 }
 
 void push_pose(lua_State* L, const Pose& X) {

@@ -1,6 +1,6 @@
 #pragma once
 // A controller program as it runs: its routines (one coroutine per robot), what each waits for, its signals.
-// The names that programs use are documented in docs/controller_programs.md.
+// The names that programs use are documented in docs/lua.md.
 #include <cstdint>
 #include <map>
 #include <set>
@@ -102,6 +102,8 @@ class Program {
 
 /// Adds what programs call to the names of the state. lua_owner() is the Program.
 void open_program_library(lua_State* L);
+/// The names of robot programs as sections of docs/lua.md.
+std::string program_reference();
 /// Pushes the value that stands for the robot in its routine.
 void push_routine_robot(lua_State* L, int robot);
 

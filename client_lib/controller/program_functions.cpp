@@ -10,6 +10,7 @@
 #include "client_lib/controller/lua_handles.h"
 #include "client_lib/controller/lua_pose.h"
 #include "client_lib/controller/program.h"
+#include "idl/common/text.h"
 
 namespace takt::controller {
 
@@ -41,24 +42,30 @@ JointArray to_joints(lua_State* L, int index, const ArmModel& arm) {
   return q;
 }
 
-JointMotionOptions to_joint_motion_options(lua_State* L, int index) {
-  JointMotionOptions options;
-  read_options(L, index,
-               {{"speed", &options.speed},
-                {"acceleration_rad_per_s2", &options.acceleration_rad_per_s2},
-                {"duration_s", &options.duration_s}});
-  return options;
-}
+constexpr LuaOption<JointMotionOptions> kJointOptions[] = {
+    {"speed", &JointMotionOptions::speed, "fraction of each joint's own limit, in (0, 1]"},
+    {"acceleration_rad_per_s2", &JointMotionOptions::acceleration_rad_per_s2,
+     "of every joint; m/s^2 for prismatic joints"},
+    {"duration_s", &JointMotionOptions::duration_s,
+     "exact time of the motion, rounded up to whole periods; 0: as fast as the other options allow"}};
+constexpr LuaOption<LineOptions> kLineOptions[] = {
+    {"speed_m_per_s", &LineOptions::speed_m_per_s, "of the TCP"},
+    {"acceleration_m_per_s2", &LineOptions::acceleration_m_per_s2, "of the TCP"},
+    {"rotation_speed_rad_per_s", &LineOptions::rotation_speed_rad_per_s, "of the orientation of the TCP"},
+    {"rotation_acceleration_rad_per_s2", &LineOptions::rotation_acceleration_rad_per_s2,
+     "of the orientation of the TCP"},
+    {"duration_s", &LineOptions::duration_s,
+     "exact time of the motion, rounded up to whole periods; 0: as fast as the other options allow"}};
 
-LineOptions to_line_options(lua_State* L, int index) {
-  LineOptions options;
-  read_options(L, index,
-               {{"speed_m_per_s", &options.speed_m_per_s},
-                {"acceleration_m_per_s2", &options.acceleration_m_per_s2},
-                {"rotation_speed_rad_per_s", &options.rotation_speed_rad_per_s},
-                {"rotation_acceleration_rad_per_s2", &options.rotation_acceleration_rad_per_s2},
-                {"duration_s", &options.duration_s}});
-  return options;
+template <typename Options, std::size_t Count>
+std::string option_table(const LuaOption<Options> (&options)[Count]) {
+  std::string table = "| option | default | meaning |\n|---|---|---|\n";
+  for (const LuaOption<Options>& one : options) {
+    char usual[32];
+    std::snprintf(usual, sizeof usual, "%g", Options{}.*one.value);
+    table += std::string("| `") + one.name + "` | " + usual + " | " + one.doc + " |\n";
+  }
+  return table;
 }
 
 }  // namespace
@@ -163,19 +170,19 @@ struct ProgramFunctions {
   static int move_joints(lua_State* L) {
     Program::Routine& routine = own_routine(L);
     RobotDriver& robot = driver(L, routine);
-    robot.move_joints(to_joints(L, 2, robot.arm()), to_joint_motion_options(L, 3), now_s(L));
+    robot.move_joints(to_joints(L, 2, robot.arm()), to_options(L, 3, kJointOptions), now_s(L));
     return await(L, routine, Wait::arrival, "move_joints");
   }
 
   static int move_to(lua_State* L) {
     Program::Routine& routine = own_routine(L);
-    driver(L, routine).move_to(to_pose(L, 2), to_joint_motion_options(L, 3), now_s(L));
+    driver(L, routine).move_to(to_pose(L, 2), to_options(L, 3, kJointOptions), now_s(L));
     return await(L, routine, Wait::arrival, "move_to");
   }
 
   static int move_line(lua_State* L) {
     Program::Routine& routine = own_routine(L);
-    driver(L, routine).move_line(to_pose(L, 2), to_line_options(L, 3), now_s(L));
+    driver(L, routine).move_line(to_pose(L, 2), to_options(L, 3, kLineOptions), now_s(L));
     return await(L, routine, Wait::arrival, "move_line");
   }
 
@@ -219,45 +226,14 @@ struct ProgramFunctions {
     return 0;
   }
 
-  static const luaL_Reg* robot_methods() {
-    static constexpr luaL_Reg kMethods[] = {{"move_joints", lua_entry<move_joints>},
-                                            {"move_to", lua_entry<move_to>},
-                                            {"move_line", lua_entry<move_line>},
-                                            {"wait", lua_entry<wait>},
-                                            {"wait_until", lua_entry<wait_until>},
-                                            {"wait_signal", lua_entry<wait_signal>},
-                                            {"wait_for", lua_entry<wait_for>},
-                                            {"step", lua_entry<step>},
-                                            {nullptr, nullptr}};
-    return kMethods;
+  static const RobotDriver& robot_of(lua_State* L) {
+    return (*program(L).context_.robots)[static_cast<size_t>(to_handle(L, kRobotType))];
   }
-
-  static int index_robot(lua_State* L) {
-    const int robot = to_handle(L, kRobotType);
-    const std::string_view key = to_name(L, 2);
-    const RobotDriver& driven = (*program(L).context_.robots)[static_cast<size_t>(robot)];
-    if (key == "name") {
-      lua_pushstring(L, driven.name().c_str());
-    } else if (key == "gripper") {
-      push_only_gripper(L, robot);
-    } else if (key == "grippers") {
-      push_grippers(L, robot);
-    } else if (key == "tcp") {
-      push_pose(L, driven.X_WT());
-    } else if (key == "joints") {
-      push_joints(L, driven.arm(), driven.joints());
-    } else {
-      luaL_getmetafield(L, 1, "methods");
-      lua_pushvalue(L, 2);
-      if (lua_rawget(L, -2) == LUA_TNIL) {
-        std::string known = "name, gripper, grippers, tcp, joints";
-        for (const luaL_Reg* method = robot_methods(); method->name != nullptr; ++method)
-          known.append(", ").append(method->name);
-        refuse_key("a robot", key, known);
-      }
-    }
-    return 1;
-  }
+  static int name(lua_State* L) { return lua_pushstring(L, robot_of(L).name().c_str()), 1; }
+  static int gripper(lua_State* L) { return push_only_gripper(L, to_handle(L, kRobotType)), 1; }
+  static int grippers(lua_State* L) { return push_grippers(L, to_handle(L, kRobotType)), 1; }
+  static int tcp(lua_State* L) { return push_pose(L, robot_of(L).X_WT()), 1; }
+  static int joints(lua_State* L) { return push_joints(L, robot_of(L).arm(), robot_of(L).joints()), 1; }
 
   static void push_only_gripper(lua_State* L, int robot) {
     const std::vector<GripperDescription>& grippers = cell_info(L).grippers;
@@ -343,17 +319,9 @@ struct DeviceFunctions {
     return 0;
   }
 
-  static int index(lua_State* L) {
+  static int name(lua_State* L) {
     const auto device = static_cast<size_t>(to_handle(L, kDeviceType));
-    const std::string_view key = to_name(L, 2);
-    if (key == "name") {
-      lua_pushstring(L, ProgramFunctions::cell_info(L).devices[device].name.c_str());
-      return 1;
-    }
-    luaL_getmetafield(L, 1, "methods");
-    lua_pushvalue(L, 2);
-    if (lua_rawget(L, -2) == LUA_TNIL)
-      refuse_key("a device", key, "name, set (its signals: cell.devices.NAME.signals)");
+    lua_pushstring(L, ProgramFunctions::cell_info(L).devices[device].name.c_str());
     return 1;
   }
 
@@ -390,24 +358,79 @@ struct DeviceFunctions {
   }
 };
 
+namespace {
+
+using F = ProgramFunctions;
+constexpr LuaCall kRobotCalls[] = {
+    {"name", F::name, "the robot's name"},
+    {"gripper", F::gripper, "its only gripper"},
+    {"grippers", F::grippers, "its grippers by name: `r.grippers.NAME`"},
+    {"tcp", F::tcp, "pose of the TCP as commanded last"},
+    {"joints", F::joints, "joint positions as commanded last, a list (rad or m)"},
+    {"move_joints({q1, ...} [, options])", lua_entry<F::move_joints>, "all joints start and stop together"},
+    {"move_to(pose [, options])", lua_entry<F::move_to>,
+     "the same, to the nearest joint positions that give the pose"},
+    {"move_line(pose [, options])", lua_entry<F::move_line>,
+     "the TCP on a straight line; the orientation turns evenly about one axis"},
+    {"wait(seconds)", lua_entry<F::wait>, "goes on after this time"},
+    {"wait_until(time_s)", lua_entry<F::wait_until>, "goes on in the first period at or after this time"},
+    {"wait_signal(name)", lua_entry<F::wait_signal>,
+     "goes on once `signal(name)` has been called, in the same period"},
+    {"wait_for(function(cell) return ... end [, seconds])", lua_entry<F::wait_for>,
+     "goes on once the function returns true; it is called every period. An error after the given time"},
+    {"step(name)", lua_entry<F::step>,
+     "names the work of the routine until its next `r:step`; reports list time and energy of each step"}};
+constexpr LuaCall kGripperCalls[] = {
+    {"open([width_m])", lua_entry<F::open>, "opens fully, or to this width"},
+    {"close([force_N])", lua_entry<F::close>,
+     "closes, and holds the Parts that both jaws touch, with at most this force; without it the gripper's "
+     "own limit"},
+    {"width(width_m)", lua_entry<F::width>, "moves the jaws to this width without holding"}};
+constexpr LuaCall kDeviceCalls[] = {
+    {"name", DeviceFunctions::name, "the device's name"},
+    {"set{SIGNAL = value, ...}", lua_entry<DeviceFunctions::set>, "sets signals; others keep their values"}};
+constexpr LuaCall kFunctions[] = {
+    {"routine(ROBOT, function(r) ... end)", lua_entry<F::routine>,
+     "at load: the routine that drives this robot; `r` is the robot"},
+    {"device(NAME)", lua_entry<DeviceFunctions::device>, "at load: the device, which the program commands"},
+    {"leave_gripper(NAME)", lua_entry<DeviceFunctions::leave_gripper>,
+     "at load: leaves a gripper of a driven robot to another controller, e.g. a PLC"},
+    {"parameter(NAME, default)", lua_entry<F::parameter>,
+     "at load: the number that the scenario or the command line gives, or the default"},
+    {"signal(name)", lua_entry<F::signal>,
+     "gives a signal to the routines that wait for it. It stays given; in a loop give each round its own "
+     "name"},
+    {"print(...)", lua_entry<F::print>, "writes a line with the time to the error output"}};
+/// Names that no table registers.
+constexpr LuaCall kVariables[] = {
+    {"period_s", nullptr, "the program sets it at load: period of the controller (s); without it 0.008"},
+    {"cell", nullptr, "the state of the cell, at any time while routines run"}};
+
+int index_robot(lua_State* L) {
+  return push_member(L, kRobotCalls, "a robot");
+}
+int index_device(lua_State* L) {
+  return push_member(L, kDeviceCalls, "a device", " (its signals: cell.devices.NAME.signals)");
+}
+
+}  // namespace
+
 void open_program_library(lua_State* L) {
-  using F = ProgramFunctions;
-  const luaL_Reg gripper_methods[] = {{"open", lua_entry<F::open>},
-                                      {"close", lua_entry<F::close>},
-                                      {"width", lua_entry<F::width>},
-                                      {nullptr, nullptr}};
   open_pose_library(L);
-  define_type(L, kRobotType, lua_entry<F::index_robot>, F::robot_methods());
-  const luaL_Reg device_methods[] = {{"set", lua_entry<DeviceFunctions::set>}, {nullptr, nullptr}};
-  define_type(L, kGripperType, nullptr, gripper_methods);
-  define_type(L, kDeviceType, lua_entry<DeviceFunctions::index>, device_methods);
+  define_type(L, kRobotType, lua_entry<index_robot>, kRobotCalls);
+  define_type(L, kGripperType, nullptr, kGripperCalls);
+  define_type(L, kDeviceType, lua_entry<index_device>, kDeviceCalls);
   open_cell_view(L);
-  lua_register(L, "routine", lua_entry<F::routine>);
-  lua_register(L, "device", lua_entry<DeviceFunctions::device>);
-  lua_register(L, "leave_gripper", lua_entry<DeviceFunctions::leave_gripper>);
-  lua_register(L, "parameter", lua_entry<F::parameter>);
-  lua_register(L, "signal", lua_entry<F::signal>);
-  lua_register(L, "print", lua_entry<F::print>);
+  register_functions(L, kFunctions);
+}
+
+std::string program_reference() {
+  return lua_call_table(kFunctions) + "\nVariables:\n\n" + lua_call_table(kVariables) +
+         "\n### A robot\n\n`r` is the robot of a routine.\n\n" + lua_call_table(kRobotCalls, "r:") +
+         "\nOptions of `move_joints` and `move_to`:\n\n" + option_table(kJointOptions) +
+         "\nOptions of `move_line`:\n\n" + option_table(kLineOptions) + "\n### A gripper\n\n" +
+         lua_call_table(kGripperCalls, "r.gripper:") + "\n### A device\n\n" +
+         lua_call_table(kDeviceCalls, "device:") + "\n### Poses\n\n" + pose_reference();
 }
 
 void push_routine_robot(lua_State* L, int robot) {

@@ -55,7 +55,7 @@ function readOptions() {
   values.port = wholeNumber('port', values.port, 65535);
   if (values.domain !== undefined) wholeNumber('domain', values.domain, 232);
   if (!isLoopback(values.address) && !values.users && !values.anonymous && !values.help && !values.version)
-    throw new UsageError(`--address ${values.address}: other machines reach it; --users FILE says who may connect, --anonymous: everyone with a trusted certificate`);
+    throw new UsageError(`--address ${values.address}: other machines reach it; --users FILE names the users, --anonymous admits each client with a trusted certificate`);
   return values;
 }
 

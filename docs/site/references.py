@@ -11,7 +11,7 @@ import sys
 from pathlib import Path
 
 PROGRAMS = ("takt", "takt-server", "takt-run", "takt-controller", "takt-ur", "takt-rsi", "takt-egm", "takt-modbus")
-OPTIONAL_PROGRAMS = ("takt-from-cad",)  # built where their libraries are
+OPTIONAL_PROGRAMS = ("takt-from-cad", "takt-opcua")  # built where their libraries are
 DELIVERY = {"instant": "best effort", "latched": "reliable, transient local", "latched_large": "reliable, transient local"}
 SCENES = (("Cells", "config/scenarios"), ("Surface contact", "config/scenarios/contact"), ("Devices", "config/devices"))
 SUBCOMMAND = re.compile(r"^  ([a-z][a-z_-]*) {2,}")
@@ -98,7 +98,13 @@ def scenes(root):
             if not description:
                 raise ReferenceError(f"{file}: found no description; say in one line what happens")
             description = description[1][0].upper() + description[1][1:]
-            lines += [f"### `{file.stem}`", "", f"[{folder}/{file.name}](../{folder}/{file.name}): {description}.", "", head(text), ""]
+            lines += [f"### `{file.stem}`", "", f"[{folder}/{file.name}](../{folder}/{file.name}): {description}.", ""]
+            picture = root / "docs/images/devices" / f"{file.stem}.png"
+            if folder == "config/devices":
+                if not picture.exists():
+                    raise ReferenceError(f"there is no {picture}; ./dev figures site makes it by the command in the head of {file}")
+                lines += [f"![{description}](images/devices/{file.stem}.png)", ""]
+            lines += [head(text), ""]
     return "\n".join(lines)
 
 

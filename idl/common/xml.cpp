@@ -2,7 +2,9 @@
 
 namespace takt {
 
-std::string xml_content(std::string_view text) {
+namespace {
+
+std::string escaped(std::string_view text, bool quotes) {
   std::string result;
   for (const char c : text) {
     if (c == '&')
@@ -11,10 +13,22 @@ std::string xml_content(std::string_view text) {
       result += "&lt;";
     else if (c == '>')
       result += "&gt;";
+    else if (c == '"' && quotes)
+      result += "&quot;";
     else
-      result += c;
+      result += static_cast<unsigned char>(c) >= 0x20 || c == '\n' || c == '\t' || c == '\r' ? c : ' ';
   }
   return result;
+}
+
+}  // namespace
+
+std::string xml_content(std::string_view text) {
+  return escaped(text, false);
+}
+
+std::string xml_escaped(std::string_view text) {
+  return escaped(text, true);
 }
 
 }  // namespace takt

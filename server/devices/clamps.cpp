@@ -8,6 +8,15 @@
 
 namespace takt {
 
+namespace {
+constexpr KindSignal kSignals[] = {
+    commanded_flag("close", "1 closes the jaws, 0 opens them"),
+    reported_flag("closed", "the jaws are at the end of their way"),
+    reported_flag("opened", "the jaws are fully open"),
+    reported_flag("part_present", "the centre of mass of a part is in the volume"),
+    reported_flag("holding", "a part is fixed to the ground")};
+}  // namespace
+
 void describe(Fields& f, ScenarioClamp& s) {
   f.field("ground", s.ground, f.name_of({"grounds"}, "a ground"), "Ground that it fixes parts to.",
           kRequired);
@@ -28,16 +37,14 @@ void build(const ScenarioClamp& s, DeviceBuilder& b) {
   clamp.closed = s.closed;
   const double at_start = s.closed ? 1.0 : 0.0;
   clamp.device =
-      b.add_signal_table(clamp,
-                         {commanded_flag("close"), reported_flag("closed"), reported_flag("opened"),
-                          reported_flag("part_present"), reported_flag("holding")},
-                         {at_start, at_start, 1.0 - at_start, 0.0, 0.0});
+      b.add_signal_table(clamp, described(kSignals), {at_start, at_start, 1.0 - at_start, 0.0, 0.0});
   b.mechanism<Clamps>().clamps.push_back(clamp);
 }
 
 DeviceType clamp_type() {
   return device_type<ScenarioClamp>(DeviceType::Owner::cell, "clamps", "Clamps and fixtures.",
-                                    "Jaws that fix parts to a ground while they are closed.", false);
+                                    "Jaws that fix parts to a ground while they are closed.", false,
+                                    kSignals);
 }
 
 void Clamps::start(ComponentInteraction& interaction) {

@@ -10,6 +10,11 @@ namespace takt {
 
 namespace {
 constexpr const char* kBelts = "belts";
+constexpr KindSignal kConveyorSignals[] = {
+    commanded_flag("run", "1 runs the belt at `set_speed`, 0 stops it"),
+    commanded("set_speed", "m/s", "±`max_speed_m_per_s`", "negative: backwards"),
+    reported("speed", "m/s", "of the belt, with sign"),
+    reported("position", "m", "travel of the belt since the start")};
 
 void describe_curve(Fields& f, ScenarioConveyorCurve& s) {
   f.field("center_m", s.center_G, vector3("m"),
@@ -59,13 +64,12 @@ void build(const ScenarioConveyor& s, DeviceBuilder& b) {
   p.running = s.running;
   b.mechanism<SlidingParts>();
   b.cell.contact.belts.push_back(p.ground);
-  b.add<Conveyor>(p, {commanded_flag("run"), commanded("set_speed", "m/s", -p.max_speed, p.max_speed),
-                      reported("speed", "m/s"), reported("position", "m")});
+  b.add<Conveyor>(p, described(kConveyorSignals, {{-p.max_speed, p.max_speed}}));
 }
 
 DeviceType conveyor_type() {
   return device_type<ScenarioConveyor>(DeviceType::Owner::cell, "conveyors", "Conveyors.",
-                                       "A ground whose surface moves.", false);
+                                       "A ground whose surface moves.", false, kConveyorSignals);
 }
 
 Conveyor::Conveyor(const ConveyorParameters& parameters) : p_(parameters) {

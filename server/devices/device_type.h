@@ -3,6 +3,7 @@
 // room and a line in device_types.cpp. Its files contain
 // - a struct with the keys of one device in a scenario, and describe(Fields&, S&), the table of these keys;
 // - the plant model (DeviceModel), with its parameters;
+// - the table of its signals (kind_signals.h);
 // - build(const S&, DeviceBuilder&), which makes the model from the struct.
 // A device belongs to the cell (a section of its own, NAME: {...}) or to a Part (a key of the Part); then its
 // name is PART_key.
@@ -16,6 +17,7 @@
 
 #include "plant_models/device_model.h"
 #include "server/devices/fmu_link.h"
+#include "server/devices/kind_signals.h"
 #include "server/devices/signal_table.h"
 #include "server/fields/fields.h"
 #include "server/geometry/surface/shared_mesh.h"
@@ -100,34 +102,14 @@ class DeviceBuilder {
   Pose pose_of_ground(const std::string& ground) const;
 };
 
-/// A signal that is reported, and cannot be commanded.
-inline SignalDescription reported(const char* name, const char* unit, SignalType type = SignalType::real) {
-  return {name, unit, false, 0.0, 0.0, type};
-}
-/// A reported signal that is 0 or 1.
-inline SignalDescription reported_flag(const char* name) {
-  return reported(name, "", SignalType::boolean);
-}
-/// A reported signal that is a whole number.
-inline SignalDescription reported_count(const char* name) {
-  return reported(name, "", SignalType::integer);
-}
-/// A signal that clients may set, within its limits.
-inline SignalDescription commanded(const char* name, const char* unit, double lower, double upper,
-                                   SignalType type = SignalType::real) {
-  return {name, unit, true, lower, upper, type};
-}
-/// A signal that clients may set to 0 or 1.
-inline SignalDescription commanded_flag(const char* name) {
-  return commanded(name, "", 0.0, 1.0, SignalType::boolean);
-}
-
 struct DeviceType {
   enum class Owner { cell, part } owner = Owner::cell;
-  const char* key = "";       ///< in the file
-  const char* doc = "";       ///< of the section
-  const char* item_doc = "";  ///< of one device
-  bool draws_energy = false;  ///< has a signal `energy` (J)
+  const char* key = "";                   ///< in the file
+  const char* doc = "";                   ///< of the section
+  const char* item_doc = "";              ///< of one device
+  bool draws_energy = false;              ///< has a signal `energy` (J)
+  std::span<const KindSignal> signals{};  ///< of every device of this kind
+  const char* further_signals = "";  ///< a sentence for the reference: those that each device has its own
   std::any (*fresh)() = nullptr;
   void (*describe)(Fields&, std::any&) = nullptr;
   void (*build)(const std::any&, DeviceBuilder&) = nullptr;
@@ -136,8 +118,9 @@ struct DeviceType {
 
 template <class S>
 DeviceType device_type(DeviceType::Owner owner, const char* key, const char* doc, const char* item_doc,
-                       bool draws_energy) {
-  DeviceType type{owner, key, doc, item_doc, draws_energy};
+                       bool draws_energy, std::span<const KindSignal> signals,
+                       const char* further_signals = "") {
+  DeviceType type{owner, key, doc, item_doc, draws_energy, signals, further_signals};
   type.fresh = [] { return std::any(S{}); };
   type.describe = [](Fields& f, std::any& stated) { describe(f, *std::any_cast<S>(&stated)); };
   type.build = [](const std::any& stated, DeviceBuilder& b) { build(*std::any_cast<S>(&stated), b); };

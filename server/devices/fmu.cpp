@@ -11,6 +11,8 @@ namespace {
 
 constexpr std::size_t kLargestState = 256U << 20U;
 constexpr std::size_t kLongestSentence = 4096;
+constexpr KindSignal kFmuSignals[] = {
+    reported_flag("failed", "the FMU has failed; its outputs keep their last values until a reset")};
 
 /// NAME: value, where values are numbers, true, false or texts.
 struct VariableValues {
@@ -129,7 +131,7 @@ void build(const ScenarioFmu& s, DeviceBuilder& b) {
   p.offer = b.fmus->open(request);
   std::vector<SignalDescription> signals = p.offer.inputs;
   signals.insert(signals.end(), p.offer.outputs.begin(), p.offer.outputs.end());
-  signals.push_back(reported_flag("failed"));
+  for (const SignalDescription& own : described(kFmuSignals)) signals.push_back(own);
   if (signals.size() > static_cast<std::size_t>(kMaxSignals))
     throw ScenarioError(
         place("file") + ": found " + std::to_string(p.offer.inputs.size()) + " inputs and " +
@@ -146,8 +148,10 @@ void build(const ScenarioFmu& s, DeviceBuilder& b) {
 }
 
 DeviceType fmu_type() {
-  return device_type<ScenarioFmu>(DeviceType::Owner::cell, "fmus", "FMUs (co-simulation, FMI 2.0 and 3.0).",
-                                  "An FMU as a device: docs/fmi.md.", false);
+  return device_type<ScenarioFmu>(
+      DeviceType::Owner::cell, "fmus", "FMUs (co-simulation, FMI 2.0 and 3.0).",
+      "An FMU as a device: docs/fmi.md.", false, kFmuSignals,
+      "In front of it: inputs and outputs of the FMU, or those that `inputs` and `outputs` name.");
 }
 
 FmuDevice::FmuDevice(const FmuParameters& parameters)

@@ -12,6 +12,16 @@
 namespace takt {
 namespace {
 
+constexpr KindSignal kForceTorqueSignals[] = {
+    reported("force_x", "N", "on the flange, in the axes of the sensor"),
+    reported("force_y", "N", "the same"),
+    reported("force_z", "N", "the same"),
+    reported("torque_x", "N m", "on the flange, about the origin of the sensor"),
+    reported("torque_y", "N m", "the same"),
+    reported("torque_z", "N m", "the same"),
+    reported_flag("overload", "a value is beyond the range"),
+    commanded_flag("tare", "the change from 0 to 1 takes the present value as zero")};
+
 /// Keys end in the unit, as everywhere.
 struct AxisKeys {
   const char *unit, *drift_unit, *range, *noise, *bias, *drift, *resolution;
@@ -60,10 +70,7 @@ void build(const ScenarioForceTorqueSensor& s, DeviceBuilder& b) {
   p.torque = s.torque;
   for (const GripperDescription& gripper : b.cell.description.grippers)
     if (gripper.robot == p.robot) p.bodies += 3;
-  p.device =
-      b.add_signal_table(p, {reported("force_x", "N"), reported("force_y", "N"), reported("force_z", "N"),
-                             reported("torque_x", "N m"), reported("torque_y", "N m"),
-                             reported("torque_z", "N m"), reported_flag("overload"), commanded_flag("tare")});
+  p.device = b.add_signal_table(p, described(kForceTorqueSignals));
   DeviceDescription& description = b.cell.description.devices.back();
   description.robot = p.robot;
   description.X_FD = p.X_FS;
@@ -82,7 +89,7 @@ DeviceType force_torque_sensor_type() {
                                                 "Between the flange of a robot and its grippers: the wrench "
                                                 "that they exert on the flange, about the origin and in the "
                                                 "axes of the sensor. `tare` takes the present value as zero.",
-                                                false);
+                                                false, kForceTorqueSignals);
 }
 
 void SensorChannel::sample(const Wrench& wrench_S, double period_s) {

@@ -14,6 +14,22 @@ constexpr double kAirHeat_J_per_m3_K = 1.204 * 1005.0;
 // A Part that rests just at the opening must not come and go with every tremor.
 constexpr double kHysteresis_m = 1e-3;
 
+constexpr KindSignal kFurnaceSignals[] = {
+    commanded("set_temperature", "degC", "surroundings to `max_set_temperature_degC`",
+              "set point of the controller"),
+    commanded("door", "", 0.0, 1.0,
+              "0.5 and more opens the door: the air inside is exchanged for that of the surroundings"),
+    reported("temperature", "degC", "of the lined body"),
+    reported("air_temperature", "degC", "of the air inside"),
+    reported("power", "W", "of the heater"),
+    reported("energy", "J", "drawn by the heater since the start"),
+    reported("loss", "W", "through the walls to the surroundings"),
+    reported("heat_to_parts", "W", "to the parts inside"),
+    reported("energy_lost", "J", "through the walls since the start"),
+    reported("energy_to_parts", "J", "to parts since the start"),
+    reported("energy_of_air", "J", "lost with exchanged air since the start"),
+    reported_count("parts_inside", "parts with `heat` whose centre of mass is in the chamber")};
+
 double fourth(double x) {
   return x * x * x * x;
 }
@@ -86,18 +102,13 @@ void build(const ScenarioFurnace& s, DeviceBuilder& b) {
   p.X_WV = s.ground.empty() ? s.X_GV : b.pose_of_ground(s.ground) * s.X_GV;
   p.size_m = size;
   p.parts = b.heated;
-  b.add<Furnace>(
-      p, {commanded("set_temperature", "degC", b.surroundings_degC, s.max_set_temperature_degC),
-          commanded("door", "", 0.0, 1.0), reported("temperature", "degC"),
-          reported("air_temperature", "degC"), reported("power", "W"), reported("energy", "J"),
-          reported("loss", "W"), reported("heat_to_parts", "W"), reported("energy_lost", "J"),
-          reported("energy_to_parts", "J"), reported("energy_of_air", "J"), reported_count("parts_inside")});
+  b.add<Furnace>(p, described(kFurnaceSignals, {{b.surroundings_degC, s.max_set_temperature_degC}}));
 }
 
 DeviceType furnace_type() {
   return device_type<ScenarioFurnace>(DeviceType::Owner::cell, "furnaces", "Chamber furnaces.",
                                       "Heats the parts with `heat` whose centre of mass is in its chamber.",
-                                      true);
+                                      true, kFurnaceSignals);
 }
 
 Furnace::Furnace(const FurnaceParameters& parameters) : p_(parameters) {

@@ -7,6 +7,12 @@
 
 namespace takt {
 
+namespace {
+constexpr KindSignal kSignals[] = {
+    commanded("heat", "W", "±`max_heat_W`", "heat flow into the part; negative: out of it"),
+    reported("delivered", "J", "heat since the start")};
+}  // namespace
+
 void describe(Fields& f, ScenarioHeatSource& s) {
   f.field("part", s.part, f.name_of({"parts"}, "a part"), "Part with the key `heat`, which takes the heat.",
           kRequired);
@@ -21,13 +27,13 @@ void build(const ScenarioHeatSource& s, DeviceBuilder& b) {
                         "', which has no temperature; allowed: a part with the key heat, e.g. heat: "
                         "{specific_heat_J_per_kg_K: 500}");
   b.add<HeatSource>(HeatSourceParameters{static_cast<std::size_t>(body)},
-                    {commanded("heat", "W", -s.max_heat_W, s.max_heat_W), reported("delivered", "J")});
+                    described(kSignals, {{-s.max_heat_W, s.max_heat_W}}));
 }
 
 DeviceType heat_source_type() {
   return device_type<ScenarioHeatSource>(DeviceType::Owner::cell, "heat_sources",
                                          "Heat flows into parts that signals give.",
-                                         "A heater or cooler as a signal, e.g. of an FMU.", false);
+                                         "A heater or cooler as a signal, e.g. of an FMU.", false, kSignals);
 }
 
 void HeatSource::write_motion(double, const double*, CellMotion& motion) const {

@@ -3,6 +3,12 @@
 namespace takt {
 
 namespace {
+constexpr KindSignal kSignals[] = {
+    reported("temperature", "degC", "of the whole part"),
+    reported("heat_flow", "W",
+             "into the part: from furnaces and heat sources, less the loss to the surroundings"),
+    reported("energy_lost", "J", "given to the surroundings since the start")};
+
 double surface_of(const TriangleMesh& mesh) {
   double area = 0.0;
   for (const auto& [a, b, c] : mesh.triangles)
@@ -32,13 +38,13 @@ void build(const ScenarioHeat& s, DeviceBuilder& b) {
   p.environment_K = kelvin(b.surroundings_degC);
   p.surface_m2 = s.surface_m2.value_or(surface_of(b.meshes[id]->mesh()));
   p.cooling_W_per_m2_K = s.cooling_W_per_m2_K;
-  b.add<HeatedPart>(
-      p, {reported("temperature", "degC"), reported("heat_flow", "W"), reported("energy_lost", "J")});
+  b.add<HeatedPart>(p, described(kSignals));
   b.heated.push_back({p.body, p.surface_m2, s.emissivity});
 }
 
 DeviceType heated_part_type() {
-  return device_type<ScenarioHeat>(DeviceType::Owner::part, "heat", "The part has a temperature.", "", false);
+  return device_type<ScenarioHeat>(DeviceType::Owner::part, "heat", "The part has a temperature.", "", false,
+                                   kSignals);
 }
 
 void HeatedPart::initial_state(double* x) const {

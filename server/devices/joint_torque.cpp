@@ -1,6 +1,7 @@
 #include "server/devices/joint_torque.h"
 
 #include <algorithm>
+#include <array>
 
 #include "idl/common/text.h"
 #include "plant_models/state_bytes.h"
@@ -10,6 +11,17 @@ namespace takt {
 
 namespace {
 constexpr double kLargestTorque = 1e9;  ///< N m or N, where nothing limits it
+
+struct Units {
+  const char *torque, *position, *velocity;
+};
+consteval std::array<KindSignal, 3> signals_in(Units unit) {
+  return {commanded("torque", unit.torque, "±`max_torque_N_m`", "that acts on the joint"),
+          reported("position", unit.position, "of the joint"),
+          reported("velocity", unit.velocity, "of the joint")};
+}
+constexpr auto kRevoluteSignals = signals_in({"N m", "rad", "rad/s"});
+constexpr auto kPrismaticSignals = signals_in({"N", "m", "m/s"});
 }  // namespace
 
 void describe(Fields& f, ScenarioJointTorque& s) {
@@ -59,15 +71,14 @@ void build(const ScenarioJointTorque& s, DeviceBuilder& b) {
                                        "the robot has as a member of a process with level_of_detail: 2.",
                                    {}});
   const bool revolute = joint->type == JointType::revolute;
-  b.add<JointTorque>(
-      p, {commanded("torque", revolute ? "N m" : "N", -most, most),
-          reported("position", revolute ? "rad" : "m"), reported("velocity", revolute ? "rad/s" : "m/s")});
+  b.add<JointTorque>(p, described(revolute ? kRevoluteSignals : kPrismaticSignals, {{-most, most}}));
 }
 
 DeviceType joint_torque_type() {
   return device_type<ScenarioJointTorque>(
       DeviceType::Owner::cell, "joint_torques", "Torques on joints that signals give.",
-      "The drive of a joint as a signal, e.g. of an FMU, or a torque besides the drive.", false);
+      "The drive of a joint as a signal, e.g. of an FMU, or a torque besides the drive.", false,
+      kRevoluteSignals, "Units of a prismatic joint: N, m and m/s.");
 }
 
 void JointTorque::write_motion(double, const double*, CellMotion& motion) const {

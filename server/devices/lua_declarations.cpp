@@ -11,20 +11,26 @@ namespace takt::lua_device {
 namespace {
 
 constexpr double kWidest = std::numeric_limits<double>::max();
-constexpr const char* kFunctions[] = {"parameter", "input", "output", "state", "differential"};
+constexpr LuaWord kLower{"lower", "least value"}, kUpper{"upper", "largest value"},
+    kUnit{"unit", "unit, for reports and clients"}, kType{"type", "`real` (default), `integer` or `boolean`"},
+    kInitial{"initial", "value at the start; default 0"};
+constexpr LuaWord kParameterOptions[] = {kLower, kUpper, kUnit};
+constexpr LuaWord kInputOptions[] = {kUnit, kType, kLower, kUpper, kInitial};
+constexpr LuaWord kOutputOptions[] = {
+    kUnit, kType, kInitial, {"state", "the differential state that the signal is, at each instant"}};
+constexpr LuaWord kDifferentialOptions[] = {
+    kInitial, {"scale", "typical size, for solvers with error control; default 1"}};
 
 /// The table of options at `index`, with the names that are allowed.
-void check_options(lua_State* L, int index, std::initializer_list<std::string_view> known) {
+void check_options(lua_State* L, int index, std::span<const LuaWord> known) {
   if (lua_isnoneornil(L, index)) return;
   if (!lua_istable(L, index))
     throw std::runtime_error(std::string("a table of options is needed, not a ") + luaL_typename(L, index));
   for (lua_pushnil(L); lua_next(L, index) != 0; lua_pop(L, 1)) {
     const std::string name = lua_type(L, -2) == LUA_TSTRING ? lua_tostring(L, -2) : "a value without a name";
-    if (std::find(known.begin(), known.end(), name) == known.end()) {
-      std::string words;
-      for (const std::string_view word : known) words += (words.empty() ? "" : ", ") + std::string(word);
-      throw std::runtime_error("option '" + name + "' is unknown; known are " + words);
-    }
+    if (std::none_of(known.begin(), known.end(), [&](const LuaWord& word) { return name == word.name; }))
+      throw std::runtime_error("option '" + name + "' is unknown; known are " +
+                               join(known, ", ", [](const LuaWord& word) { return word.name; }));
   }
 }
 /// Pushes the option; false, and pushes nothing, if it is not given.
@@ -111,12 +117,30 @@ const char* type_name(const LuaStateValue& value) {
                            "' does not exist; there are: " + (known.empty() ? "none" : known));
 }
 
+struct DeclaredNames {
+  static constexpr LuaCall kDeclarations[] = {
+      {"parameter(NAME, default [, options])", lua_entry<Declarations::declare_parameter>,
+       "returns the number of the scenario, or the default"},
+      {"input(NAME [, options])", lua_entry<Declarations::declare_input>, "a signal that clients set"},
+      {"output(NAME [, options])", lua_entry<Declarations::declare_output>,
+       "a signal that `step` sets, or that is a differential state"},
+      {"state{NAME = value, ...}", lua_entry<Declarations::declare_state>,
+       "what the device remembers: at most 64 numbers, booleans or texts up to 64 bytes"},
+      {"differential(NAME [, options])", lua_entry<Declarations::declare_differential>,
+       "a state of the system of differential equations"}};
+};
+
 void Declarations::begin(lua_State* L) {
-  const lua_CFunction functions[] = {lua_entry<declare_parameter>, lua_entry<declare_input>,
-                                     lua_entry<declare_output>, lua_entry<declare_state>,
-                                     lua_entry<declare_differential>};
-  for (std::size_t i = 0; i < std::size(kFunctions); ++i) lua_register(L, kFunctions[i], functions[i]);
+  for (const LuaCall& call : DeclaredNames::kDeclarations)
+    lua_register(L, std::string(call.name()).c_str(), call.function);
   lua_register(L, "print", lua_entry<print>);
+}
+
+std::string declarations_reference() {
+  return lua_call_table(DeclaredNames::kDeclarations) + "\nOptions of `parameter`:\n\n" +
+         lua_word_table(kParameterOptions) + "\nOptions of `input`:\n\n" + lua_word_table(kInputOptions) +
+         "\nOptions of `output`:\n\n" + lua_word_table(kOutputOptions) + "\nOptions of `differential`:\n\n" +
+         lua_word_table(kDifferentialOptions);
 }
 
 int Declarations::print(lua_State*) {
@@ -134,7 +158,7 @@ int Declarations::declare_parameter(lua_State* L) {
   Declarations& self = of(L);
   const std::string name = name_at(L, 1, "the name of a parameter");
   double value = number_at(L, 2, "parameter '" + name + "'");
-  check_options(L, 3, {"lower", "upper", "unit"});
+  check_options(L, 3, kParameterOptions);
   self.check_new(name, "parameter");
   const double lower = number_option(L, 3, "lower", -kWidest), upper = number_option(L, 3, "upper", kWidest);
   for (std::size_t i = 0; i < self.p_.parameters.size(); ++i) {
@@ -157,10 +181,7 @@ int Declarations::declare_output(lua_State* L) {
 }
 int Declarations::declare_signal(lua_State* L, bool commanded) {
   const std::string name = name_at(L, 1, "the name of a signal");
-  check_options(L, 2,
-                commanded
-                    ? std::initializer_list<std::string_view>{"unit", "type", "lower", "upper", "initial"}
-                    : std::initializer_list<std::string_view>{"unit", "type", "initial", "state"});
+  check_options(L, 2, commanded ? std::span<const LuaWord>(kInputOptions) : kOutputOptions);
   check_new(name, "signal");
   if (declared_.signals.size() == static_cast<std::size_t>(kMaxSignals))
     throw std::runtime_error("a device has at most " + std::to_string(kMaxSignals) + " signals");
@@ -223,7 +244,7 @@ int Declarations::declare_differential(lua_State* L) {
   Declarations& self = of(L);
   LuaDevice::Declaration::Differential d;
   d.name = name_at(L, 1, "the name of a differential state");
-  check_options(L, 2, {"initial", "scale"});
+  check_options(L, 2, kDifferentialOptions);
   self.check_new(d.name, "differential state");
   d.initial = number_option(L, 2, "initial", 0.0);
   d.scale = number_option(L, 2, "scale", 1.0);
@@ -236,9 +257,9 @@ int Declarations::declare_differential(lua_State* L) {
   return 0;
 }
 void Declarations::end(lua_State* L) {
-  for (const char* name : kFunctions) {
+  for (const LuaCall& call : DeclaredNames::kDeclarations) {
     lua_pushnil(L);
-    lua_setglobal(L, name);
+    lua_setglobal(L, std::string(call.name()).c_str());
   }
   for (std::size_t i = 0; i < used_.size(); ++i)
     if (used_[i] == 0) unknown("parameter", p_.parameters[i].name, parameter_names_);

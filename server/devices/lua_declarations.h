@@ -1,11 +1,13 @@
 #pragma once
 // What the text of a Lua device declares, while it runs: parameter(), input(), output(), state() and differential(). All
 // errors are std::runtime_error for lua_entry().
+#include <span>
 #include <string>
 #include <string_view>
 #include <unordered_set>
 #include <vector>
 
+#include "idl/lua/lua_call.h"
 #include "idl/lua/lua_sandbox.h"
 #include "server/devices/lua_device.h"
 
@@ -32,6 +34,9 @@ int index_of(const Items& items, std::string_view name, NameOf name_of) {
   return -1;
 }
 
+/// What a text declares, as a section of docs/lua.md.
+std::string declarations_reference();
+
 /// The owner of the sandbox (lua_owner()), as a base class.
 class Declarations {
  public:
@@ -50,6 +55,7 @@ class Declarations {
   LuaDevice::Declaration declared_;
 
  private:
+  friend struct DeclaredNames;
   static Declarations& of(lua_State* L) { return *static_cast<Declarations*>(lua_owner(L)); }
   static int declare_parameter(lua_State* L);
   static int declare_input(lua_State* L);

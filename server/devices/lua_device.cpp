@@ -21,6 +21,16 @@ constexpr std::size_t kMostText_bytes = 1U << 20U;
 /// Tables of the script whose contents are in LuaDevice: reading and writing them is checked.
 enum class Proxy : lua_Integer { self, signals, state, x };
 
+/// The functions that a text defines.
+constexpr LuaCall kStep{
+    "step(self, dt)", nullptr,
+    "called once a step, after the commands and before the integration from `self.time` to "
+    "`self.time + dt`"};
+constexpr LuaCall kDerivatives{
+    "derivatives(t, x, inputs, state)", nullptr,
+    "called by the solver, any number of times; returns a table with the rate of each "
+    "differential state. `inputs` has all signals. It changes nothing"};
+
 }  // namespace
 
 /// A Lua state with the text loaded, and the access of the script to the device.
@@ -33,8 +43,8 @@ class LuaDevice::Interpreter final : private Declarations {
     sandbox_.run(p.text, p.file);
     end(L);
     make_proxies();
-    declared_.has_step = keep_function("step", step_);
-    declared_.has_derivatives = keep_function("derivatives", derivatives_);
+    declared_.has_step = keep_function(kStep.name(), step_);
+    declared_.has_derivatives = keep_function(kDerivatives.name(), derivatives_);
     if (declared_.has_derivatives != !declared_.differential.empty())
       throw std::runtime_error(
           p.file + ": " +
@@ -115,10 +125,11 @@ class LuaDevice::Interpreter final : private Declarations {
     lua_settop(L, 0);
     return error;
   }
-  bool keep_function(const char* name, int& reference) {
+  bool keep_function(std::string_view name_in_table, int& reference) {
+    const std::string name(name_in_table);
     lua_State* L = sandbox_.state();
     lua_pushglobaltable(L);
-    lua_pushstring(L, name);
+    lua_pushstring(L, name.c_str());
     lua_rawget(L, -2);
     const bool found = lua_isfunction(L, -1);
     if (!found && !lua_isnil(L, -1))
@@ -145,10 +156,6 @@ class LuaDevice::Interpreter final : private Declarations {
       lua_setmetatable(L, -2);
       proxies_[static_cast<std::size_t>(proxy)] = luaL_ref(L, LUA_REGISTRYINDEX);
     }
-    lua_pushcfunction(L, lua_entry<position>);
-    position_ = luaL_ref(L, LUA_REGISTRYINDEX);
-    lua_pushcfunction(L, lua_entry<joints>);
-    joints_ = luaL_ref(L, LUA_REGISTRYINDEX);
   }
   void push(Proxy proxy) {
     lua_rawgeti(sandbox_.state(), LUA_REGISTRYINDEX, proxies_[static_cast<std::size_t>(proxy)]);
@@ -207,14 +214,17 @@ class LuaDevice::Interpreter final : private Declarations {
     return 0;
   }
   int get_self(lua_State* L, const std::string& name) {
-    if (name == "signals") return push(Proxy::signals), 1;
-    if (name == "state") return push(Proxy::state), 1;
-    if (name == "x") return push(Proxy::x), 1;
-    if (name == "time") return lua_pushnumber(L, time_s_), 1;
-    if (name == "position") return lua_rawgeti(L, LUA_REGISTRYINDEX, position_), 1;
-    if (name == "joints") return lua_rawgeti(L, LUA_REGISTRYINDEX, joints_), 1;
-    unknown("self", name, "signals, state, x, time, position, joints");
+    for (const LuaCall& call : SelfNames::kSelf)
+      if (call.name() == name)
+        return call.is_field() ? call.function(L) : (lua_pushcfunction(L, call.function), 1);
+    unknown("self", name,
+            join(SelfNames::kSelf, ", ", [](const LuaCall& call) { return std::string(call.name()); }));
   }
+  template <Proxy proxy>
+  static int push_proxy(lua_State* L) {
+    return of(L).push(proxy), 1;
+  }
+  static int push_time(lua_State* L) { return lua_pushnumber(L, of(L).time_s_), 1; }
   static int set(lua_State* L) {
     Interpreter& self = of(L);
     spend_work(L, 4);
@@ -355,10 +365,22 @@ class LuaDevice::Interpreter final : private Declarations {
     return sum_;
   }
 
+  /// What `self` has.
+  struct SelfNames {
+    static constexpr LuaCall kSelf[] = {
+        {"signals", push_proxy<Proxy::signals>, "signals by name: inputs can be read, outputs set"},
+        {"state", push_proxy<Proxy::state>, "values of `state{...}` by name: read and set; the type stays"},
+        {"x", push_proxy<Proxy::x>, "differential states by name; setting one is a jump"},
+        {"time", push_time, "time of the step (s)"},
+        {"position(COMPONENT)", lua_entry<position>, "x, y, z of the origin of a component in the world (m)"},
+        {"joints(ROBOT)", lua_entry<joints>, "list of joint positions (rad or m)"}};
+  };
+  friend std::string takt::lua_device_reference();
+
   LuaDevice& device_;
   LuaSandbox sandbox_;
   std::array<int, 4> proxies_{};
-  int position_ = LUA_NOREF, joints_ = LUA_NOREF, step_ = LUA_NOREF, derivatives_ = LUA_NOREF;
+  int step_ = LUA_NOREF, derivatives_ = LUA_NOREF;
   std::uint64_t fingerprint_ = 0, sum_ = 0;
   std::unordered_set<const void*> seen_;
   static constexpr int kMostDepth = 100;
@@ -369,6 +391,13 @@ class LuaDevice::Interpreter final : private Declarations {
   const CellMotion* motion_ = nullptr;
   bool stepping_ = false, changed_ = false;
 };
+
+std::string lua_device_reference() {
+  const LuaCall functions[] = {kStep, kDerivatives};
+  return declarations_reference() + "\nFunctions that the file defines, one or both:\n\n" +
+         lua_call_table(functions) + "\nIn `step`:\n\n" +
+         lua_call_table(LuaDevice::Interpreter::SelfNames::kSelf, "self:");
+}
 
 LuaDevice::LuaDevice(const LuaDeviceParameters& parameters) : p_(parameters) {
   lua_ = make_interpreter();
@@ -512,7 +541,7 @@ DeviceType lua_device_type() {
   return device_type<ScenarioLuaDevice>(DeviceType::Owner::cell, "lua_devices", "Devices written in Lua.",
                                         "A device with the signals, states and behaviour of its file "
                                         "(docs/lua_devices.md).",
-                                        false);
+                                        false, {}, "Those that its file declares by `input` and `output`.");
 }
 
 }  // namespace takt

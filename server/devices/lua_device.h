@@ -58,6 +58,9 @@ struct LuaDeviceParameters {
   std::vector<Component> components;  ///< whose positions it may read
 };
 
+/// What a text of a device may use, as sections of docs/lua.md.
+std::string lua_device_reference();
+
 class LuaDevice final : public DeviceModel, public HashedState {
  public:
   /// A signal of the device and how it is filled.
@@ -77,6 +80,8 @@ class LuaDevice final : public DeviceModel, public HashedState {
     std::vector<Differential> differential;
     bool has_step = false, has_derivatives = false;
   };
+
+  friend std::string lua_device_reference();
 
   /// Runs the text. Throws std::runtime_error with file and line.
   explicit LuaDevice(const LuaDeviceParameters& parameters);

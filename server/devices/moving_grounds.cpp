@@ -1,6 +1,7 @@
 #include "server/devices/moving_grounds.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -59,16 +60,33 @@ MovingGroundsParameters of_moved(const ScenarioMovedGrounds& s, DeviceBuilder& b
   return p;
 }
 
-std::vector<SignalDescription> axis_signals(const MovingGroundsParameters& p, const char* unit,
-                                            const char* unit_of_speed) {
+struct AxisWords {
+  const char *unit, *unit_of_speed, *ends, *fastest;
+};
+consteval std::array<KindSignal, 7> signals_in(AxisWords axis) {
+  return {
+      commanded("set_position", axis.unit, axis.ends, "target; the axis goes there with `set_speed`"),
+      commanded("set_speed", axis.unit_of_speed, axis.fastest,
+                "runs at this speed up to an end; the later one of `set_position` and `set_speed` counts"),
+      reported("position", axis.unit, "of the axis"),
+      reported("speed", axis.unit_of_speed, "of the axis, with sign"),
+      reported_flag("in_position", "the axis stands at `set_position`"),
+      reported_flag("at_lower_end", "the axis is at its lower end"),
+      reported_flag("at_upper_end", "the axis is at its upper end")};
+}
+constexpr auto kLinearSignals = signals_in({"m", "m/s", "`stroke_m`", "±`max_speed_m_per_s`"});
+constexpr auto kRotarySignals =
+    signals_in({"rad", "rad/s", "`range_rad`; without it ±1e6", "±`max_speed_rad_per_s`"});
+constexpr KindSignal kCylinderSignals[] = {
+    commanded_flag("extend", "1 extends, 0 retracts"), reported("position", "m", "0 is retracted"),
+    reported_flag("extended", "end switch: within `switch_range_m` of the outer end"),
+    reported_flag("retracted", "end switch: within `switch_range_m` of the inner end")};
+
+std::vector<SignalDescription> described_axis(std::span<const KindSignal> signals,
+                                              const MovingGroundsParameters& p) {
   constexpr double kEndless = 1e6;
-  return {commanded("set_position", unit, std::max(p.lower, -kEndless), std::min(p.upper, kEndless)),
-          commanded("set_speed", unit_of_speed, -p.backward_speed, p.forward_speed),
-          reported("position", unit),
-          reported("speed", unit_of_speed),
-          reported_flag("in_position"),
-          reported_flag("at_lower_end"),
-          reported_flag("at_upper_end")};
+  return described(signals, {{std::max(p.lower, -kEndless), std::min(p.upper, kEndless)},
+                             {-p.backward_speed, p.forward_speed}});
 }
 
 }  // namespace
@@ -92,12 +110,12 @@ void build(const ScenarioLinearAxis& s, DeviceBuilder& b) {
   p.forward_speed = p.backward_speed = s.max_speed_m_per_s;
   p.acceleration = s.max_acceleration_m_per_s2;
   p.switch_range = 1e-6;
-  b.add<PositionAxis>(p, axis_signals(p, "m", "m/s"));
+  b.add<PositionAxis>(p, described_axis(kLinearSignals, p));
 }
 
 DeviceType linear_axis_type() {
   return device_type<ScenarioLinearAxis>(DeviceType::Owner::cell, "linear_axes", "Linear axes and lifts.",
-                                         "A linear axis that carries grounds.", false);
+                                         "A linear axis that carries grounds.", false, kLinearSignals);
 }
 
 void describe(Fields& f, ScenarioTurntable& s) {
@@ -125,12 +143,12 @@ void build(const ScenarioTurntable& s, DeviceBuilder& b) {
   p.forward_speed = p.backward_speed = s.max_speed_rad_per_s;
   p.acceleration = s.max_acceleration_rad_per_s2;
   p.switch_range = 1e-6;
-  b.add<PositionAxis>(p, axis_signals(p, "rad", "rad/s"));
+  b.add<PositionAxis>(p, described_axis(kRotarySignals, p));
 }
 
 DeviceType turntable_type() {
   return device_type<ScenarioTurntable>(DeviceType::Owner::cell, "turntables", "Turntables.",
-                                        "A rotary axis that carries grounds.", false);
+                                        "A rotary axis that carries grounds.", false, kRotarySignals);
 }
 
 double trapezoid_speed(double way, double time_s, double acceleration) {
@@ -165,13 +183,13 @@ void build(const ScenarioCylinder& s, DeviceBuilder& b) {
   p.forward_speed = trapezoid_speed(s.stroke_m, s.extend_time_s, p.acceleration);
   p.backward_speed = trapezoid_speed(s.stroke_m, s.retract_time_s.value_or(s.extend_time_s), p.acceleration);
   p.switch_range = s.switch_range_m;
-  b.add<Cylinder>(p, {commanded_flag("extend"), reported("position", "m"), reported_flag("extended"),
-                      reported_flag("retracted")});
+  b.add<Cylinder>(p, described(kCylinderSignals));
 }
 
 DeviceType cylinder_type() {
   return device_type<ScenarioCylinder>(DeviceType::Owner::cell, "cylinders", "Pneumatic cylinders.",
-                                       "A cylinder with two end switches, which carries grounds.", false);
+                                       "A cylinder with two end switches, which carries grounds.", false,
+                                       kCylinderSignals);
 }
 
 MovingGrounds::MovingGrounds(const MovingGroundsParameters& parameters) : p_(parameters) {

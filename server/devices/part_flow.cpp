@@ -10,6 +10,16 @@ namespace takt {
 
 namespace {
 constexpr double kRounding_s = 1e-9;
+constexpr KindSignal kSourceSignals[] = {
+    commanded_flag("release", "1 lets parts enter: one each `period_s`, or one for each change from 0 to 1"),
+    reported_count("released", "parts that have entered"),
+    reported_count("available", "parts of the pool that wait outside of the cell"),
+    reported_flag("blocked", "a part is due, but its place is not free or the pool is empty"),
+    reported_count("part", "index of the last part that has entered among the components, or -1")};
+constexpr KindSignal kSinkSignals[] = {
+    commanded_flag("enabled", "1 takes parts out, 0 leaves them"),
+    reported_count("removed", "parts that have been taken out"),
+    reported_count("part", "index of the last part that has been taken out among the components, or -1")};
 
 /// The mechanism of the cell with its pools.
 PartFlow::Model& flow_of(DeviceBuilder& b) {
@@ -53,17 +63,14 @@ void build(const ScenarioSource& s, DeviceBuilder& b) {
   source.period_s = s.period_s;
   source.released_at_start = s.released_at_start;
   const auto count = static_cast<double>(b.cell.pools[source.pool].parts.size());
-  source.device =
-      b.add_signal_table(source,
-                         {commanded_flag("release"), reported_count("released"), reported_count("available"),
-                          reported_flag("blocked"), reported_count("part")},
-                         {s.released_at_start ? 1.0 : 0.0, 0.0, count, 0.0, -1.0});
+  source.device = b.add_signal_table(source, described(kSourceSignals),
+                                     {s.released_at_start ? 1.0 : 0.0, 0.0, count, 0.0, -1.0});
   flow_of(b).sources.push_back(source);
 }
 
 DeviceType source_type() {
   return device_type<ScenarioSource>(DeviceType::Owner::cell, "sources", "Sources of parts.",
-                                     "A place where parts of a pool enter the cell.", false);
+                                     "A place where parts of a pool enter the cell.", false, kSourceSignals);
 }
 
 void describe(Fields& f, ScenarioSink& s) {
@@ -94,14 +101,13 @@ void build(const ScenarioSink& s, DeviceBuilder& b) {
     sink.half_m = 0.5 * s.region->size_m;
   }
   sink.held = s.held;
-  sink.device = b.add_signal_table(
-      sink, {commanded_flag("enabled"), reported_count("removed"), reported_count("part")}, {1.0, 0.0, -1.0});
+  sink.device = b.add_signal_table(sink, described(kSinkSignals), {1.0, 0.0, -1.0});
   flow_of(b).sinks.push_back(sink);
 }
 
 DeviceType sink_type() {
   return device_type<ScenarioSink>(DeviceType::Owner::cell, "sinks", "Sinks of parts.",
-                                   "A place where parts of pools leave the cell.", false);
+                                   "A place where parts of pools leave the cell.", false, kSinkSignals);
 }
 
 void PartFlow::Flow::park(int part) {

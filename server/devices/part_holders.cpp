@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <numbers>
@@ -43,16 +44,50 @@ PartHolders::Holder holder_on(const ScenarioHolderPlace& s, PartHolders::Kind ki
   return holder;
 }
 
-void add_holder(DeviceBuilder& b, PartHolders::Holder holder, const char* command,
-                std::initializer_list<SignalDescription> further) {
-  std::vector<SignalDescription> signals{commanded_flag(command), reported_flag("part_present"),
-                                         reported_count("part"),  reported("force", "N"),
-                                         reported("load", "N"),   reported("shear", "N")};
-  signals.insert(signals.end(), further);
+struct HolderWords {
+  const char *force, *load, *shear;
+};
+constexpr HolderWords kByPull{"largest pull that it holds at present; 0 without a part",
+                              "pull of the part away from it", "load across its axis"};
+/// The signals that all holders have, in front of those of the kind.
+consteval std::array<KindSignal, 6> of_holder(KindSignal command, HolderWords words) {
+  return {command,
+          reported_flag("part_present", "it holds a part"),
+          reported_count("part", "index of that part among the components, or -1"),
+          reported("force", "N", words.force),
+          reported("load", "N", words.load),
+          reported("shear", "N", words.shear)};
+}
+template <std::size_t Count>
+constexpr std::array<KindSignal, 6 + Count> with(const std::array<KindSignal, 6>& common,
+                                                 const KindSignal (&further)[Count]) {
+  std::array<KindSignal, 6 + Count> all{};
+  std::copy(common.begin(), common.end(), all.begin());
+  std::copy(std::begin(further), std::end(further), all.begin() + 6);
+  return all;
+}
+constexpr auto kMagnetSignals = of_holder(commanded_flag("magnet", "1 switches it on, 0 off"), kByPull);
+constexpr KindSignal kOfVacuum[] = {reported("pressure", "Pa", "difference to the surroundings"),
+                                    reported_count("sealed_cups", "cups whose whole rim lies on the part")};
+constexpr auto kVacuumSignals =
+    with(of_holder(commanded_flag("vacuum", "1 evacuates, 0 lets air in"), kByPull), kOfVacuum);
+constexpr KindSignal kOfJaws[] = {reported("diameter", "m", "between the jaws")};
+constexpr auto kThreeJawSignals =
+    with(of_holder(commanded_flag("close", "1 closes the jaws, 0 opens them"),
+                   {"of each jaw; 0 without a part", "resultant that it transmits to the part", "always 0"}),
+         kOfJaws);
+constexpr KindSignal kOfChanger[] = {
+    reported_count("tool", "number of the coupled tool in `tools`, from 1 on; 0: none")};
+constexpr auto kChangerSignals = with(
+    of_holder(commanded_flag("couple", "1 locks the tool that is in reach, 0 releases it"),
+              {"locking force; 0 without a tool", "resultant that it transmits to the tool", "always 0"}),
+    kOfChanger);
+
+void add_holder(DeviceBuilder& b, PartHolders::Holder holder, std::span<const KindSignal> signals) {
   std::vector<double> initial(signals.size(), 0.0);
   initial[PartHolders::part_now] = -1.0;
   if (holder.kind == PartHolders::Kind::three_jaw) initial[PartHolders::diameter_now] = holder.max_diameter_m;
-  holder.device = b.add_signal_table(holder, std::move(signals), initial);
+  holder.device = b.add_signal_table(holder, described(signals), initial);
   PartHolders::Model& model = b.mechanism<PartHolders>();
   model.holders.push_back(std::move(holder));
   model.parts.clear(), model.weights_W.clear();
@@ -98,13 +133,13 @@ void build(const ScenarioVacuumGripper& s, DeviceBuilder& b) {
   holder.grip_at = s.grip_at;
   holder.friction = s.friction;
   holder.reach_m = s.reach_m;
-  add_holder(b, std::move(holder), "vacuum", {reported("pressure", "Pa"), reported_count("sealed_cups")});
+  add_holder(b, std::move(holder), kVacuumSignals);
 }
 
 DeviceType vacuum_gripper_type() {
   return device_type<ScenarioVacuumGripper>(DeviceType::Owner::cell, "vacuum_grippers", "Vacuum grippers.",
                                             "Suction cups that hold a part by the pressure of the air.",
-                                            false);
+                                            false, kVacuumSignals);
 }
 
 void describe(Fields& f, ScenarioMagneticGripper& s) {
@@ -125,12 +160,13 @@ void build(const ScenarioMagneticGripper& s, DeviceBuilder& b) {
   holder.residual = s.residual;
   holder.friction = s.friction;
   holder.reach_m = s.reach_m;
-  add_holder(b, std::move(holder), "magnet", {});
+  add_holder(b, std::move(holder), kMagnetSignals);
 }
 
 DeviceType magnetic_gripper_type() {
   return device_type<ScenarioMagneticGripper>(DeviceType::Owner::cell, "magnetic_grippers",
-                                              "Magnetic grippers.", "A magnet that holds a part.", false);
+                                              "Magnetic grippers.", "A magnet that holds a part.", false,
+                                              kMagnetSignals);
 }
 
 void describe(Fields& f, ScenarioThreeJawGripper& s) {
@@ -153,13 +189,13 @@ void build(const ScenarioThreeJawGripper& s, DeviceBuilder& b) {
   holder.friction = s.friction;
   holder.finger_length_m = s.finger_length_m;
   holder.centering_m = s.centering_m;
-  add_holder(b, std::move(holder), "close", {reported("diameter", "m")});
+  add_holder(b, std::move(holder), kThreeJawSignals);
 }
 
 DeviceType three_jaw_gripper_type() {
   return device_type<ScenarioThreeJawGripper>(DeviceType::Owner::cell, "three_jaw_grippers",
                                               "Three-jaw grippers.", "Three jaws that close towards an axis.",
-                                              false);
+                                              false, kThreeJawSignals);
 }
 
 void describe(Fields& f, ScenarioToolChanger::Tool& s) {
@@ -182,12 +218,13 @@ void build(const ScenarioToolChanger& s, DeviceBuilder& b) {
   holder.force_N = s.locking_force_N;
   holder.reach_m = s.reach_m;
   holder.reach_rad = s.reach_rad;
-  add_holder(b, std::move(holder), "couple", {reported_count("tool")});
+  add_holder(b, std::move(holder), kChangerSignals);
 }
 
 DeviceType tool_changer_type() {
   return device_type<ScenarioToolChanger>(DeviceType::Owner::cell, "tool_changers", "Tool changers.",
-                                          "A coupling that carries one of several tools.", false);
+                                          "A coupling that carries one of several tools.", false,
+                                          kChangerSignals);
 }
 
 double PartHolders::Cup::area_m2() const {

@@ -7,6 +7,17 @@
 
 namespace takt {
 
+namespace {
+constexpr KindSignal kSignals[] = {
+    commanded_flag("emergency_stop", "1 stops all motion"),
+    commanded_flag("door_closed", "0 stops all motion"),
+    commanded_flag("reset", "the change from 0 to 1 releases a cell that has no cause to stand"),
+    commanded("speed_override", "%", 0.0, 100.0, "wanted share of the speed of all motion"),
+    reported_flag("released", "motion is allowed"),
+    reported("speed", "%",
+             "present share of the speed, which follows `speed_override` in `override_ramp_s`")};
+}  // namespace
+
 void describe(Fields& f, ScenarioSafety& s) {
   f.field("override_ramp_s", s.override_ramp_s, positive("s"),
           "Time in which the speed override changes from 0 to 100 %, and as fast in parts of it.");
@@ -15,17 +26,13 @@ void describe(Fields& f, ScenarioSafety& s) {
 void build(const ScenarioSafety& s, DeviceBuilder& b) {
   Safety::Device device;
   device.override_ramp_s = s.override_ramp_s;
-  device.device = b.add_signal_table(
-      device,
-      {commanded_flag("emergency_stop"), commanded_flag("door_closed"), commanded_flag("reset"),
-       commanded("speed_override", "%", 0.0, 100.0), reported_flag("released"), reported("speed", "%")},
-      {0.0, 1.0, 0.0, 100.0, 1.0, 100.0});
+  device.device = b.add_signal_table(device, described(kSignals), {0.0, 1.0, 0.0, 100.0, 1.0, 100.0});
   b.mechanism<Safety>().devices.push_back(device);
 }
 
 DeviceType safety_type() {
   return device_type<ScenarioSafety>(DeviceType::Owner::cell, "safety", "Safety of the cell.",
-                                     "Emergency stop, safety door and speed override.", false);
+                                     "Emergency stop, safety door and speed override.", false, kSignals);
 }
 
 void Safety::start(ComponentInteraction&) {

@@ -16,6 +16,25 @@ using Kind = SceneSensorParameters::Kind;
 constexpr double kNone = std::numeric_limits<double>::infinity();
 constexpr int kMostBeams = 64;
 
+constexpr KindSignal kClear =
+    reported_flag("clear", "the opposite of `blocked`: the output of a safe device");
+constexpr KindSignal kBarrierSignals[] = {
+    kClear, reported_flag("blocked", "a mesh crosses or surrounds the beam, after the delays")};
+constexpr KindSignal kCurtainSignals[] = {
+    kClear, reported_flag("blocked", "a mesh breaks a beam and `muting` is 0, after the delays"),
+    reported_count("broken_beams", "beams that are broken, without delays and muting"),
+    commanded_flag("muting", "1 holds the output clear")};
+constexpr KindSignal kBoxSignals[] = {
+    reported_flag("detected", "a mesh reaches into the box, after the delays")};
+constexpr KindSignal kDistanceSignals[] = {
+    reported("distance", "m", "from the sensor to the nearest mesh on the ray; without one the range"),
+    reported_flag("in_range", "a mesh is on the ray"),
+    reported_flag("near", "`distance` is at most `switch_m`, after hysteresis and delays")};
+constexpr KindSignal kReaderSignals[] = {
+    reported_count("part", "index of the nearest part in range among the components, or -1"),
+    reported_flag("present", "a part is in range, after the delays"),
+    reported_count("reads", "parts that have become the nearest one")};
+
 bool same(const Pose& a, const Pose& b) {
   return a.p == b.p && a.R == b.R;
 }
@@ -95,8 +114,7 @@ void build(const ScenarioLightBarrier& s, DeviceBuilder& b) {
   p.from = s.from;
   p.to = s.to;
   p.output = s.output;
-  add(s.place, {true, true, s.sees_grounds}, p, {reported_flag("clear"), reported_flag("blocked")},
-      {1.0, 0.0}, b);
+  add(s.place, {true, true, s.sees_grounds}, p, described(kBarrierSignals), {1.0, 0.0}, b);
 }
 
 DeviceType light_barrier_type() {
@@ -104,7 +122,7 @@ DeviceType light_barrier_type() {
       DeviceType::Owner::cell, "light_barriers", "Light barriers.",
       "A beam without width between two points; blocked where the mesh of a part or gripper crosses it or "
       "surrounds it.",
-      false);
+      false, kBarrierSignals);
 }
 
 void describe(Fields& f, ScenarioLightCurtain& s) {
@@ -126,10 +144,7 @@ void build(const ScenarioLightCurtain& s, DeviceBuilder& b) {
   p.pitch = {0.0, 0.0, s.pitch_m};
   p.beams = s.beams;
   p.output = s.output;
-  add(s.place, {true, true, s.sees_grounds}, p,
-      {reported_flag("clear"), reported_flag("blocked"), reported_count("broken_beams"),
-       commanded_flag("muting")},
-      {1.0, 0.0, 0.0, 0.0}, b);
+  add(s.place, {true, true, s.sees_grounds}, p, described(kCurtainSignals), {1.0, 0.0, 0.0, 0.0}, b);
 }
 
 DeviceType light_curtain_type() {
@@ -137,7 +152,7 @@ DeviceType light_curtain_type() {
                                            "Parallel beams as one device; blocked while the mesh of a part "
                                            "or gripper breaks one. `muting` holds the "
                                            "output clear.",
-                                           false);
+                                           false, kCurtainSignals);
 }
 
 void describe(Fields& f, ScenarioProximityBox& s) {
@@ -160,13 +175,13 @@ void build(const ScenarioProximityBox& s, DeviceBuilder& b) {
   p.output.below = true;
   p.output.threshold = 0.25;
   p.output.hysteresis = 0.5;
-  add(s.place, {true, true, s.sees_grounds}, p, {reported_flag("detected")}, {0.0}, b);
+  add(s.place, {true, true, s.sees_grounds}, p, described(kBoxSignals), {0.0}, b);
 }
 
 DeviceType proximity_box_type() {
   return device_type<ScenarioProximityBox>(DeviceType::Owner::cell, "proximity_boxes", "Proximity switches.",
                                            "Detects when the mesh of a part or gripper reaches into a box.",
-                                           false);
+                                           false, kBoxSignals);
 }
 
 void describe(Fields& f, ScenarioDistanceSensor& s) {
@@ -192,15 +207,14 @@ void build(const ScenarioDistanceSensor& s, DeviceBuilder& b) {
   p.output.below = true;
   p.output.threshold = s.switch_m.value_or(0.0);
   p.output.hysteresis = s.hysteresis_m;
-  add(s.place, {true, true, s.sees_grounds}, p,
-      {reported("distance", "m"), reported_flag("in_range"), reported_flag("near")}, {s.range_m, 0.0, 0.0},
-      b);
+  add(s.place, {true, true, s.sees_grounds}, p, described(kDistanceSignals), {s.range_m, 0.0, 0.0}, b);
 }
 
 DeviceType distance_sensor_type() {
   return device_type<ScenarioDistanceSensor>(
       DeviceType::Owner::cell, "distance_sensors", "Distance sensors.",
-      "Distance of the nearest mesh on a ray along the z axis of the sensor; without one: the range.", false);
+      "Distance of the nearest mesh on a ray along the z axis of the sensor; without one: the range.", false,
+      kDistanceSignals);
 }
 
 void describe(Fields& f, ScenarioIdentificationReader& s) {
@@ -217,14 +231,14 @@ void build(const ScenarioIdentificationReader& s, DeviceBuilder& b) {
   p.range_m = s.range_m;
   p.hysteresis_m = s.hysteresis_m;
   p.output = s.output;
-  add(s.place, {true, false, false}, p,
-      {reported_count("part"), reported_flag("present"), reported_count("reads")}, {-1.0, 0.0, 0.0}, b);
+  add(s.place, {true, false, false}, p, described(kReaderSignals), {-1.0, 0.0, 0.0}, b);
 }
 
 DeviceType identification_reader_type() {
   return device_type<ScenarioIdentificationReader>(
       DeviceType::Owner::cell, "identification_readers", "Readers of identification (RFID).",
-      "Reads the number of the nearest part in range: its index among the components.", false);
+      "Reads the number of the nearest part in range: its index among the components.", false,
+      kReaderSignals);
 }
 
 SceneSensors::SceneSensors(const Model& model) : model_(model) {

@@ -9,6 +9,25 @@
 
 namespace takt {
 
+namespace {
+constexpr KindSignal kThreadSignals[] = {reported("turns", "", "that the part is out of its seat"),
+                                         reported_flag("held", "the thread holds the part")};
+constexpr KindSignal kScrewdriverSignals[] = {
+    commanded("speed", "rad/s", "±`max_speed_rad_per_s`", "of the bit; positive turns a part out"),
+    reported("torque", "N m", "of the bit, without sign"),
+    reported_flag("engaged", "the bit meets the head of a part with a `thread`"),
+    reported("power", "W", "torque times speed"), reported("energy", "J", "since the start")};
+constexpr KindSignal kNutRunnerSignals[] = {
+    commanded("speed", "rad/s", "0 to `max_speed_rad_per_s`", "of the bit, which turns a part in"),
+    commanded("torque_limit", "N m", "0 to `max_torque_N_m`", "where it stops"),
+    reported("torque", "N m", "of the bit"),
+    reported("angle", "rad", "since `speed` has become positive"),
+    reported_flag("engaged", "the bit meets the head of a part with a `thread`"),
+    reported_flag("done", "`torque_limit` has been reached since `speed` has become positive"),
+    reported("power", "W", "torque times speed"),
+    reported("energy", "J", "since the start")};
+}  // namespace
+
 void describe(Fields& f, ScenarioScrewJoint& s) {
   f.field("in", s.held_by.component, Text{},
           "Part or ground that the part is screwed into; a part without a thread of its own.", kRequired);
@@ -49,7 +68,7 @@ void build(const ScenarioScrewJoint& s, DeviceBuilder& b) {
   joint.stiffness_ratio =
       s.stiffness_N_per_m / b.cell.components[static_cast<std::size_t>(joint.part)].substitute.k_tr_N_per_m;
   ScrewJoints::Model& model = b.mechanism<ScrewJoints>();
-  const std::vector<SignalDescription> signals{reported("turns", ""), reported_flag("held")};
+  const std::vector<SignalDescription> signals = described(kThreadSignals);
   if (s.X_HB) {
     const struct {
       ScrewJoints::Joint joint;
@@ -70,7 +89,7 @@ void build(const ScenarioScrewJoint& s, DeviceBuilder& b) {
 
 DeviceType screw_joint_type() {
   return device_type<ScenarioScrewJoint>(DeviceType::Owner::part, "thread",
-                                         "The part is screwed in at the start.", "", false);
+                                         "The part is screwed in at the start.", "", false, kThreadSignals);
 }
 
 void describe(Fields& f, ScenarioScrewdriver& s) {
@@ -92,16 +111,15 @@ void build(const ScenarioScrewdriver& s, DeviceBuilder& b) {
   driver.palm = gripper.component;
   driver.X_GT = gripper.X_GT;
   const double fastest = s.max_speed_rad_per_s;
-  driver.device =
-      b.add_signal_table(driver, {commanded("speed", "rad/s", -fastest, fastest), reported("torque", "N m"),
-                                  reported_flag("engaged"), reported("power", "W"), reported("energy", "J")});
+  driver.device = b.add_signal_table(driver, described(kScrewdriverSignals, {{-fastest, fastest}}));
   b.mechanism<ScrewJoints>().screwdrivers.push_back(driver);
 }
 
 DeviceType screwdriver_type() {
   return device_type<ScenarioScrewdriver>(
       DeviceType::Owner::cell, "screwdrivers", "Screwdrivers.",
-      "A bit at the tool centre point of a gripper, which turns parts with a `thread`.", true);
+      "A bit at the tool centre point of a gripper, which turns parts with a `thread`.", true,
+      kScrewdriverSignals);
 }
 
 void describe(Fields& f, ScenarioNutRunner& s) {
@@ -124,13 +142,9 @@ void build(const ScenarioNutRunner& s, DeviceBuilder& b) {
   runner.X_GT = gripper.X_GT;
   runner.reach_m = s.reach_m;
   runner.tightening.stiffness_N_m_per_rad = s.stiffness_N_m_per_rad;
-  runner.device =
-      b.add_signal_table(runner,
-                         {commanded("speed", "rad/s", 0.0, s.max_speed_rad_per_s),
-                          commanded("torque_limit", "N m", 0.0, s.max_torque_N_m), reported("torque", "N m"),
-                          reported("angle", "rad"), reported_flag("engaged"), reported_flag("done"),
-                          reported("power", "W"), reported("energy", "J")},
-                         {0.0, s.max_torque_N_m});
+  runner.device = b.add_signal_table(
+      runner, described(kNutRunnerSignals, {{0.0, s.max_speed_rad_per_s}, {0.0, s.max_torque_N_m}}),
+      {0.0, s.max_torque_N_m});
   b.mechanism<ScrewJoints>().runners.push_back(runner);
 }
 
@@ -138,7 +152,7 @@ DeviceType nut_runner_type() {
   return device_type<ScenarioNutRunner>(
       DeviceType::Owner::cell, "nut_runners", "Nut runners.",
       "A bit at the tool centre point of a gripper, which turns parts with a `thread` in, up to a torque.",
-      true);
+      true, kNutRunnerSignals);
 }
 
 namespace {

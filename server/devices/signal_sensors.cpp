@@ -14,6 +14,18 @@ namespace {
 
 using Kind = SignalSensorParameters::Kind;
 
+constexpr KindSignal kLimitSwitchSignals[] = {
+    reported_flag("active", "the joint is beyond `position_rad`, after hysteresis and delays")};
+constexpr KindSignal kForceSwitchSignals[] = {
+    reported("force", "N | N m", "amount of the force or torque, with lag and noise"),
+    reported_flag("reached", "`force` is beyond the threshold, after hysteresis and delays")};
+constexpr KindSignal kTemperatureSignals[] = {
+    reported("temperature", "degC", "of the part or furnace, with lag and noise"),
+    reported_flag("reached", "`temperature` is at least `switch_degC`, after hysteresis and delays")};
+constexpr KindSignal kPresenceSignals[] = {
+    reported_flag("part_present", "`holder` holds a part, after the delays"),
+    reported_count("part", "index of the first held part among the components, or -1")};
+
 /// Adds the sensor; its source is found when all devices are built.
 void add(const SignalSensorParameters& p, const std::string& place, std::vector<SignalDescription> signals,
          const std::vector<double>& initial, DeviceBuilder& b) {
@@ -59,13 +71,13 @@ void build(const ScenarioLimitSwitch& s, DeviceBuilder& b) {
   SignalSensorParameters p;
   p.source = s.robot + "." + s.joint;
   p.output = s.output;
-  add(p, s.place_of_joint, {reported_flag("active")}, {0.0}, b);
+  add(p, s.place_of_joint, described(kLimitSwitchSignals), {0.0}, b);
 }
 
 DeviceType limit_switch_type() {
-  return device_type<ScenarioLimitSwitch>(DeviceType::Owner::cell, "limit_switches",
-                                          "Limit switches of joints.",
-                                          "On while a joint is beyond a position.", false);
+  return device_type<ScenarioLimitSwitch>(
+      DeviceType::Owner::cell, "limit_switches", "Limit switches of joints.",
+      "On while a joint is beyond a position.", false, kLimitSwitchSignals);
 }
 
 void describe(Fields& f, ScenarioForceSwitch& s) {
@@ -91,12 +103,13 @@ void build(const ScenarioForceSwitch& s, DeviceBuilder& b) {
   p.absolute = p.has_value = true;
   p.measuring = s.measuring;
   p.output = s.output;
-  add(p, s.signal.place, {reported("force", "N | N m"), reported_flag("reached")}, {0.0, 0.0}, b);
+  add(p, s.signal.place, described(kForceSwitchSignals), {0.0, 0.0}, b);
 }
 
 DeviceType force_switch_type() {
   return device_type<ScenarioForceSwitch>(DeviceType::Owner::cell, "force_switches", "Force switches.",
-                                          "On while a force is beyond a threshold.", false);
+                                          "On while a force is beyond a threshold.", false,
+                                          kForceSwitchSignals);
 }
 
 void describe(Fields& f, ScenarioTemperatureSensor& s) {
@@ -120,13 +133,13 @@ void build(const ScenarioTemperatureSensor& s, DeviceBuilder& b) {
   p.switches = s.switch_degC.has_value();
   p.output = s.output;
   p.output.threshold = s.switch_degC.value_or(0.0);
-  add(p, s.place_of_of, {reported("temperature", "degC"), reported_flag("reached")}, {0.0, 0.0}, b);
+  add(p, s.place_of_of, described(kTemperatureSignals), {0.0, 0.0}, b);
 }
 
 DeviceType temperature_sensor_type() {
   return device_type<ScenarioTemperatureSensor>(
       DeviceType::Owner::cell, "temperature_sensors", "Temperature sensors.",
-      "Temperature of a part or furnace, with lag and noise.", false);
+      "Temperature of a part or furnace, with lag and noise.", false, kTemperatureSignals);
 }
 
 void describe(Fields& f, ScenarioPresenceSensor& s) {
@@ -140,13 +153,14 @@ void build(const ScenarioPresenceSensor& s, DeviceBuilder& b) {
   p.kind = Kind::held;
   p.component = b.cell.description.find_component(s.holder);
   p.output = s.output;
-  add(p, "", {reported_flag("part_present"), reported_count("part")}, {0.0, -1.0}, b);
+  add(p, "", described(kPresenceSignals), {0.0, -1.0}, b);
 }
 
 DeviceType presence_sensor_type() {
   return device_type<ScenarioPresenceSensor>(
       DeviceType::Owner::cell, "presence_sensors", "Sensors for a held part.",
-      "On while a gripper, ground or part is the holder of a part, as `held by` of a state says.", false);
+      "On while a gripper, ground or part is the holder of a part, as `held by` of a state says.", false,
+      kPresenceSignals);
 }
 
 SignalSensors::SignalSensors(const Model& model) : model_(model) {

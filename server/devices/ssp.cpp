@@ -52,8 +52,8 @@ class SystemBuilder {
     std::vector<double> initial;
     for (const FmuSystem::Port& port : system_.ports) {
       const bool boolean = port.type == SignalType::boolean;
-      signals.push_back(commanded(port.name.c_str(), port.unit.c_str(), boolean ? 0.0 : -kFarthest,
-                                  boolean ? 1.0 : kFarthest, port.type));
+      signals.push_back(
+          {port.name, port.unit, true, boolean ? 0.0 : -kFarthest, boolean ? 1.0 : kFarthest, port.type});
       initial.push_back(port.start);
     }
     if (signals.size() > static_cast<std::size_t>(kMaxSignals))
@@ -151,7 +151,8 @@ void build(const ScenarioSsp& s, DeviceBuilder& b) {
 
 DeviceType ssp_type() {
   return device_type<ScenarioSsp>(DeviceType::Owner::cell, "ssp", "Systems of FMUs (SSP 1.0).",
-                                  "An SSP as devices and wires: docs/fmi.md.", false);
+                                  "An SSP as devices and wires: docs/fmi.md.", false, {},
+                                  "Input connectors of the system; its components are devices like `fmus`.");
 }
 
 }  // namespace takt

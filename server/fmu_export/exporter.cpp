@@ -17,6 +17,7 @@
 #include "idl/common/glob.h"
 #include "idl/common/mesh_path.h"
 #include "idl/common/text.h"
+#include "idl/common/xml.h"
 #include "server/fmu/fmu_archive.h"
 #include "server/fmu_export/cell_instance.h"
 #include "server/fmu_export/cell_variables.h"
@@ -137,21 +138,6 @@ std::vector<std::string> chosen(const std::vector<CellVariable>& all,
   return names;
 }
 
-std::string escaped(const std::string& text) {
-  std::string result;
-  for (const char c : text) {
-    if (c == '&')
-      result += "&amp;";
-    else if (c == '<')
-      result += "&lt;";
-    else if (c == '"')
-      result += "&quot;";
-    else if (static_cast<unsigned char>(c) >= 0x20)
-      result += c;
-  }
-  return result;
-}
-
 std::string number(double value, SignalType type) {
   if (type == SignalType::boolean) return value >= 0.5 ? "true" : "false";
   return type == SignalType::integer ? std::to_string(std::llround(value)) : exact_text(value);
@@ -164,7 +150,7 @@ std::string description_text(const Scenario& scenario, const CellModel& cell,
   const bool two = version == 2;
   std::ostringstream out;
   out << "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiModelDescription fmiVersion=\"" << version
-      << ".0\" modelName=\"" << escaped(scenario.name) << "\" " << (two ? "guid" : "instantiationToken")
+      << ".0\" modelName=\"" << xml_escaped(scenario.name) << "\" " << (two ? "guid" : "instantiationToken")
       << "=\"" << token
       << "\" generationTool=\"takt\" license=\"documentation/licenses\" "
          "variableNamingConvention=\"structured\""
@@ -180,7 +166,7 @@ std::string description_text(const Scenario& scenario, const CellModel& cell,
   for (const CellVariable& v : variables)
     if (!v.unit.empty() && v.type == SignalType::real) units.insert(v.unit);
   out << "  <UnitDefinitions>\n";
-  for (const std::string& unit : units) out << "    <Unit name=\"" << escaped(unit) << "\"/>\n";
+  for (const std::string& unit : units) out << "    <Unit name=\"" << xml_escaped(unit) << "\"/>\n";
   out << "  </UnitDefinitions>\n  <LogCategories>\n    <Category name=\"logStatusError\"/>\n    <Category "
          "name=\"logStatusDiscard\"/>\n"
          "  </LogCategories>\n  <DefaultExperiment startTime=\"0\"";
@@ -190,14 +176,14 @@ std::string description_text(const Scenario& scenario, const CellModel& cell,
     const CellVariable& v = variables[i];
     const bool input = i < inputs, real = v.type == SignalType::real;
     std::string typed;
-    if (real && !v.unit.empty()) typed += " unit=\"" + escaped(v.unit) + "\"";
+    if (real && !v.unit.empty()) typed += " unit=\"" + xml_escaped(v.unit) + "\"";
     if (input && v.type != SignalType::boolean)
       typed += " min=\"" + number(v.lower, v.type) + "\" max=\"" + number(v.upper, v.type) + "\"";
     if (input) typed += " start=\"" + number(value_of(v, start), v.type) + "\"";
     const std::string common =
         " name=\"" + v.name + "\" valueReference=\"" + std::to_string(i) + "\" causality=\"" +
         (input ? "input" : "output") + "\" variability=\"" + (real ? "continuous" : "discrete") + "\"" +
-        (v.description.empty() ? "" : " description=\"" + escaped(v.description) + "\"");
+        (v.description.empty() ? "" : " description=\"" + xml_escaped(v.description) + "\"");
     const char* type2 = real ? "Real" : v.type == SignalType::boolean ? "Boolean" : "Integer";
     const char* type3 = real ? "Float64" : v.type == SignalType::boolean ? "Boolean" : "Int32";
     if (two)

@@ -8,6 +8,7 @@
 
 #include "idl/common/glob.h"
 #include "idl/common/text.h"
+#include "idl/common/xml.h"
 #include "server/headless/device_report.h"
 #include "server/headless/headless_run.h"
 #include "server/headless/svg_plot.h"

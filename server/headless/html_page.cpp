@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "idl/common/text.h"
+#include "idl/common/xml.h"
 #include "server/headless/svg_plot.h"
 
 namespace takt {

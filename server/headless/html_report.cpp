@@ -5,6 +5,7 @@
 #include <set>
 
 #include "idl/common/text.h"
+#include "idl/common/xml.h"
 #include "server/headless/html_page.h"
 #include "server/headless/svg_plot.h"
 

@@ -9,6 +9,7 @@
 
 #include "idl/common/parse.h"
 #include "idl/common/text.h"
+#include "idl/common/xml.h"
 #include "server/headless/html_page.h"
 #include "server/headless/svg_plot.h"
 

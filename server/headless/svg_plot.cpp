@@ -8,6 +8,7 @@
 #include <ostream>
 
 #include "idl/common/text.h"
+#include "idl/common/xml.h"
 
 namespace takt {
 
@@ -82,23 +83,6 @@ constexpr double kLeft = 90.0, kRight = 170.0, kTop = 40.0, kBottom = 60.0;
 constexpr std::size_t kMaxNames = 18;  // in the legend
 
 }  // namespace
-
-std::string xml_escaped(const std::string& text) {
-  std::string result;
-  for (const char c : text) {
-    if (c == '&')
-      result += "&amp;";
-    else if (c == '<')
-      result += "&lt;";
-    else if (c == '>')
-      result += "&gt;";
-    else if (c == '"')
-      result += "&quot;";
-    else
-      result += static_cast<unsigned char>(c) >= 0x20 ? c : ' ';
-  }
-  return result;
-}
 
 void begin_svg(std::ostream& out, double width, double height) {
   out << "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" << width << "\" height=\"" << height

@@ -26,7 +26,4 @@ void write_svg(std::ostream& out, const Plot& plot);
 /// A picture with text in the colour of its surroundings; ends with "</svg>".
 void begin_svg(std::ostream& out, double width, double height);
 
-/// Escapes characters with a meaning in XML and HTML.
-std::string xml_escaped(const std::string& text);
-
 }  // namespace takt

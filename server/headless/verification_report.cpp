@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "idl/common/text.h"
+#include "idl/common/xml.h"
 #include "server/headless/html_page.h"
 #include "server/headless/svg_plot.h"
 
@@ -248,6 +249,7 @@ nlohmann::ordered_json verification_json(const Verification& verification) {
           {"description", verification.plan.description},
           {"plan", verification.plan.file.string()},
           {"version", verification.version},
+          {"test_configuration", "model in the loop"},
           {"scenes", scenes}};
 }
 
@@ -264,8 +266,10 @@ void write_verification_page(std::ostream& out, const nlohmann::ordered_json& re
   if (const std::size_t missing = with("not run"); missing > 0)
     sentence += " " + counted(missing, "scene was", "scenes were") + " not run.";
   write_verdict(out, good, good ? "good" : "bad", sentence);
-  out << "<p>" << xml_escaped(text_of(report["description"])) << " Terms: ASME V&amp;V 10 and 20. "
-      << xml_escaped(text_of(report["version"])) << ".</p>\n";
+  out << "<p>" << xml_escaped(text_of(report["description"]))
+      << " Terms: ASME V&amp;V 10 and 20. Test configuration (VDI/VDE 3693): "
+      << xml_escaped(text_of(report["test_configuration"])) << ". " << xml_escaped(text_of(report["version"]))
+      << ".</p>\n";
   {
     HtmlTable table(out, {"scene", "verdict", "comparison"});
     for (const Json& scene : report["scenes"])

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "idl/common/text.h"
+#include "idl/common/xml.h"
 #include "plant_models/robot/arm_kinematics.h"
 
 namespace takt {
@@ -32,10 +33,7 @@ std::string origin(const Pose& X) {
 
 /// A text in an attribute.
 std::string quoted(const std::string& text) {
-  std::string result = "'";
-  for (const char c : text)
-    result += c == '&' ? "&amp;" : c == '<' ? "&lt;" : c == '\'' ? "&apos;" : std::string(1, c);
-  return result + "'";
+  return "\"" + xml_escaped(text) + "\"";
 }
 
 class Builder {

@@ -1,14 +1,17 @@
-// The committed schema and reference of scenario keys agree with the tables of fields; and every shipped
-// scenario that is read and written back is the same model.
+// The committed schema and references agree with the tables of the code; devices have the signals of their kind's table;
+// and every shipped scenario that is read and written back is the same model.
 #include <gtest/gtest.h>
 
 #include <cctype>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <set>
 
+#include "server/devices/device_type.h"
 #include "server/fields/expected_poses.h"
 #include "server/geometry/convex/decomposition_cache.h"
+#include "server/headless/reference_pages.h"
 #include "server/headless/scenario_schema.h"
 #include "server/scenario/scenario_builder.h"
 #include "server/scenario/scenario_writer.h"
@@ -33,6 +36,13 @@ TEST(ScenarioSchema, IsTheReferencePage) {
   EXPECT_TRUE(text_of(std::filesystem::path(TAKT_SOURCE_DIR) / "docs" / "scenario_reference.md") ==
               scenario_reference())
       << "takt-run reference > docs/scenario_reference.md";
+}
+
+TEST(ReferencePages, AreTheCommittedOnes) {
+  const std::filesystem::path docs = std::filesystem::path(TAKT_SOURCE_DIR) / "docs";
+  EXPECT_TRUE(text_of(docs / "signals.md") == signals_reference())
+      << "takt-run reference signals > docs/signals.md";
+  EXPECT_TRUE(text_of(docs / "lua.md") == lua_reference()) << "takt-run reference lua > docs/lua.md";
 }
 
 /// "N m s/rad, motor side" as the end of a key: "N_m_s_per_rad".
@@ -103,6 +113,30 @@ std::vector<std::filesystem::path> shipped() {
 
 INSTANTIATE_TEST_SUITE_P(Shipped, WrittenScenario, testing::ValuesIn(shipped()),
                          [](const auto& file) { return file.param.stem().string(); });
+
+TEST(SignalsOfDevices, AreThoseOfTheReference) {
+  std::set<std::string> seen;
+  for (const std::filesystem::path& file : shipped()) {
+    const auto cell = build_cell(read_scenario(file), ImportOptions{user_cache_directory()});
+    for (const DeviceDescription& device : cell->description.devices) {
+      const DeviceType& type = device_type(device.type);
+      if (*type.further_signals != '\0') continue;
+      SCOPED_TRACE(file.filename().string() + ": " + device.name);
+      seen.insert(device.type);
+      ASSERT_EQ(device.signals.size(), type.signals.size());
+      for (std::size_t i = 0; i < device.signals.size(); ++i) {
+        EXPECT_EQ(device.signals[i].name, type.signals[i].name);
+        EXPECT_EQ(device.signals[i].commanded, type.signals[i].commanded);
+        EXPECT_EQ(device.signals[i].type, type.signals[i].type);
+        EXPECT_EQ(device.signals[i].unit, type.signals[i].unit);
+      }
+    }
+  }
+  for (const DeviceType& type : device_types()) {
+    if (*type.further_signals != '\0') continue;
+    EXPECT_TRUE(seen.contains(type.key)) << "no shipped scenario has " << type.key;
+  }
+}
 
 // What `takt check` compares with is read alone, by the same tables.
 TEST(ScenarioWriter, ExpectedPosesOfAWrittenFileAreReadAlone) {

@@ -1,8 +1,9 @@
-"""The prose that users read: words of tests/docs/words.txt in pages, in the help of programs, in events, requests and keys;
-numbers of decisions that pages and code cite; the words of all hand-written pages together. Usage: prose_test.py [--bin DIR]"""
+"""The prose that users read: words of tests/docs/words.txt in pages, in the help of programs, in events, requests and keys, in
+the texts of programs and of the page (errors, notes, labels); numbers of decisions that pages and code cite; the words of all hand-written pages together. Usage: prose_test.py [--bin DIR]"""
 import argparse
 import re
 import sys
+import tempfile
 import unittest
 from pathlib import Path
 
@@ -11,8 +12,11 @@ ROOT = HERE.parents[1]
 sys.path.insert(0, str(ROOT / "docs/site"))
 import references  # noqa: E402
 
-GENERATED = {f"docs/{name}.md" for name in ("requests", "events", "topics", "scenes", "scenario_reference", "urscript")}
+GENERATED = {f"docs/{name}.md" for name in ("requests", "events", "topics", "scenes", "scenario_reference", "signals", "lua", "urscript")}
 MOST_WORDS = 29_000  # of all hand-written pages; a subject that is added has to replace words elsewhere
+SOURCES = ("server", "client_lib", "idl", "plant_models")
+LITERAL = re.compile(r'"((?:[^"\\\n]|\\.)*)"')
+LITERAL_OF_PAGE = re.compile(r"""(["'`])((?:(?!\1)[^\\\n]|\\.)*)\1""")
 CITED = re.compile(r"[Dd]ecisions? (\d+)")
 programs = None
 
@@ -43,6 +47,16 @@ def faults(name, text):
     return found
 
 
+def texts(file):
+    """String literals of a source that have several words; adjacent ones are one text."""
+    text = re.sub(r"^\s*(//|#include).*$", "", file.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    if file.suffix == ".js":
+        found = (match[2] for match in LITERAL_OF_PAGE.finditer(text))
+    else:
+        found = (match[1] for match in LITERAL.finditer(re.sub(r'(?<!\\)"\s*\n\s*"', "", text)))
+    return [one for one in found if " " in one]
+
+
 class Prose(unittest.TestCase):
     def test_pages_have_none_of_the_words(self):
         found = []
@@ -55,6 +69,17 @@ class Prose(unittest.TestCase):
         found = [] if programs is None else faults("help", references.command_lines(programs).replace("```", ""))
         self.assertEqual(found, [], "\n" + "\n".join(found))
 
+    def test_texts_of_programs_and_page_have_none_of_the_words(self):
+        found, count = [], 0
+        for folder in SOURCES:
+            for file in (ROOT / folder).rglob("*"):
+                if file.suffix in (".cpp", ".h", ".js", ".html") and not {"node_modules", "standard"} & set(file.parts):
+                    for one in texts(file):
+                        count += 1
+                        found += faults(file.relative_to(ROOT), one.replace("\\n", " "))
+        self.assertEqual(found, [], "\n" + "\n".join(found))
+        self.assertGreater(count, 5000)
+
     def test_generated_pages_are_those_of_their_sources(self):
         for name, text in (("topics", references.topics(ROOT / "idl")), ("scenes", references.scenes(ROOT))):
             self.assertEqual((ROOT / f"docs/{name}.md").read_text(encoding="utf-8"), text,
@@ -65,6 +90,12 @@ class Prose(unittest.TestCase):
         self.assertEqual(references.head(text), "A b\\_c.\n\n    run x\n\nLast.")
 
     def test_a_forbidden_word_is_found_and_code_is_passed_over(self):
+        with tempfile.TemporaryDirectory() as folder:
+            source, page = Path(folder) / "a.cpp", Path(folder) / "a.js"
+            source.write_text('f("the error"\n  " is told");  // is told\n')
+            page.write_text("tell(`is ${told} of before`);\n")
+            self.assertEqual(texts(source), ["the error is told"])
+            self.assertEqual(texts(page), ["is ${told} of before"])
         self.assertEqual(len(faults("x", "The error is told.\n`told`\n```\ntold\n```\nWho asks twice waits.")), 2)
 
     def test_cited_decisions_exist(self):

@@ -44,7 +44,7 @@ class Repairer {
     report_welded();
     if (mesh().triangles.empty())
       report(MeshDiagnosticKind::encloses_nothing, MeshSeverity::refused, 1, 0.0, mesh().vertices.front(),
-             "without the faces that are there several times or have no area nothing is left",
+             "no triangle is left without doubled faces and faces without area",
              step(MeshDiagnosticKind::encloses_nothing));
     if (edges_are_shared_by_two() && orient()) turn_shells();
     return finish();

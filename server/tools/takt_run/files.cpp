@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <fstream>
 #include <iostream>
+#include <map>
 #include <memory>
 
 #include "idl/command_line/numbers.h"
@@ -10,6 +11,7 @@
 #include "idl/common/text.h"
 #include "server/headless/comparison.h"
 #include "server/headless/mesh_check.h"
+#include "server/headless/reference_pages.h"
 #include "server/headless/scenario_schema.h"
 #include "server/scenario/scenario_writer.h"
 #include "server/simulation/model/solver.h"
@@ -96,6 +98,18 @@ void declare_write_scenario(CLI::App& app) {
   });
 }
 
+void declare_reference(CLI::App& app) {
+  static const std::map<std::string, std::string (*)()> pages{
+      {"scenario", scenario_reference}, {"signals", signals_reference}, {"lua", lua_reference}};
+  const auto page = std::make_shared<std::string>("scenario");
+  auto* command = app.add_subcommand("reference", "print a page of reference (Markdown)");
+  command->add_option("PAGE", *page, "keys of scenario files, signals of devices, or names in Lua")
+      ->check(CLI::IsMember({"scenario", "signals", "lua"}))
+      ->capture_default_str();
+  command->footer("\nExample:\n  takt-run reference signals");
+  command->callback([page] { std::cout << pages.at(*page)(); });
+}
+
 }  // namespace
 
 void add_repeatable(CLI::App& command, const char* option, std::vector<std::string>& values,
@@ -162,7 +176,7 @@ void declare_files(CLI::App& app, int& result) {
     app.add_subcommand(name, help)->callback([text] { std::cout << text(); });
   };
   print("schema", "print the JSON Schema of scenario files, for editors", scenario_schema);
-  print("reference", "print the reference of scenario files (Markdown)", scenario_reference);
+  declare_reference(app);
 }
 
 }  // namespace takt::tool
