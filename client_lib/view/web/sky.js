@@ -4,9 +4,9 @@
 // the light away. One look into a picture for each pixel, and the picture is made again as seldom as the shadows.
 import * as THREE from 'three';
 
-const SIZE = {hard: 512, soft: 256}, COARSE = 64;  // pixels of the heights, and of their surroundings
+const SIZE = {hard: 512, soft: 128}, COARSE = 32;  // pixels of the heights, and of their surroundings
 export const LAYER = 1;  // of things that keep light of the sky away
-const WOVEN = 640, WOVEN_LAYER = 2;  // pixels of the picture of a floor
+const WOVEN = 400, WOVEN_LAYER = 2;  // pixels of the picture of a floor
 const WALLS = '3.0';   // a thin wall keeps away more than its share of the ground
 const STRENGTH = 0.6;  // share of the light of the sky that a point in a closed box is without
 const BESIDE = 0.035;  // m; walls have the sky of the points at this distance in front of them
