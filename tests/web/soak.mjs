@@ -45,10 +45,10 @@ const SIZES = [[1400, 900], [2560, 1440], [390, 844], [900, 560], [820, 1180]], 
 let controller = null;
 // What is not there, or not to be pressed now, is passed over: the order stays that of the seed. What the page does not do in time
 // is counted, by act.
-const late = new Map();
+const tardy = new Map();
 const passOver = (error) => {
   if (!/Timeout|detached|Execution context/.test(error.message)) throw error;
-  if (/Timeout/.test(error.message)) late.set(done.at(-1), (late.get(done.at(-1)) ?? 0) + 1);
+  if (/Timeout/.test(error.message)) tardy.set(done.at(-1), (tardy.get(done.at(-1)) ?? 0) + 1);
 };
 const key = async ({page}, name) => { await page.keyboard.press('Escape'); await page.locator('#cell').focus(); await page.keyboard.press(name); };
 const click = async ({page}, selector) => { const one = page.locator(selector).first(); if (await one.isVisible() && await one.isEnabled()) await one.click({timeout: 5000}).catch(passOver); };
@@ -151,5 +151,5 @@ if (controller) controller.kill('SIGKILL');
 await stop(player.child);
 await stop(bridge);
 await stop(server);
-console.log(`${passed().toFixed(0)} minutes, ${acts} acts of seed ${first}, ${cells} cells loaded: no error on a console, no growth; ${[...late.values()].reduce((sum, count) => sum + count, 0)} acts came too late${late.size ? `: ${[...late].map(([act, count]) => `${count} ${act}`).join(', ')}` : ''}`);
+console.log(`${passed().toFixed(0)} minutes, ${acts} acts of seed ${first}, ${cells} cells loaded: no error on a console, no growth; ${[...tardy.values()].reduce((sum, count) => sum + count, 0)} acts came too late${tardy.size ? `: ${[...tardy].map(([act, count]) => `${count} ${act}`).join(', ')}` : ''}`);
 process.exit(0);
