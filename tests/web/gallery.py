@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Makes docs/images/page_CELL.png of the pictures that look.mjs keeps: three sizes, light above dark, at one height.
 
 gallery.py PICTURES docs/images

@@ -16,6 +16,7 @@ const {csvOf, svgOf} = await import(`${page}/curve_export.js`);
 const {Signals, levelsOf} = await import(`${page}/signals.js`);
 const {TimeWindow} = await import(`${page}/time_window.js`);
 const {Scale, quantity, roundDown, roundUp, PRESSURE} = await import(`${page}/scales.js`);
+const {addressed} = await import(`${page}/address.js`);
 // The same numbers in each run of the test (Park and Miller 1988).
 let seed = 1;
 const random = () => (seed = (48271 * seed) % 2147483647) / 2147483647;
@@ -93,6 +94,12 @@ assert.equal(track.at('a', 4960), null);
 track.fill('b', [4500.5, 4700], [1, 2]);
 assert.deepEqual([track.at('b', 4400), track.at('b', 4600), track.at('b', 4999)], [undefined, 1, 2]);
 assert.equal(track.columns.get('a').length, track.x.length);
+
+// --- an address: a view comes back, any other text is none
+const view = {camera: [1, 2, 3], target: [0, 0, 0], section: 'x', cut: 0.5, options: {forces: false}, plots: [['a']]};
+assert.deepEqual(addressed(`#${encodeURIComponent(JSON.stringify(view))}`), view);
+for (const text of ['', '#', '#%', '#null', '#7', '#[]', '#"x"', '#{"camera": 7}', '#{"camera": [1, 2], "target": [1, 2, 3]}', '#{"camera": [1, 2, null], "target": [0, 0, 0]}', '#{"camera": [0, 0, 0], "target": [0, 0, 0]}', '#{"camera": {"x": 1}, "options": 3, "plots": "a", "section": "w", "cut": {}}'])
+  assert.deepEqual(addressed(text), {section: '', cut: 0, options: {}, plots: undefined}, text);
 
 // --- events that repeat
 const event = (n, message, more = {}) => ({sequence_number: BigInt(n), time: n, severity: 1, code: 'weak_grip', subject: 'Gripper1', message, ...more});

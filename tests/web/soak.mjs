@@ -43,9 +43,15 @@ let other = await watch('page that is loaded again', url, {width: 390, height: 8
 const film = await watch('recording', player.url, {width: 900, height: 560});
 const SIZES = [[1400, 900], [2560, 1440], [390, 844], [900, 560], [820, 1180]], CELLS = ['block_assembly', 'gear_on_shaft', 'chainsaw_motor', 'bev_rotor', 'nut_on_bolt', 'furnace'];
 let controller = null;
-// What is not there, or not to be pressed now, is passed over: the order stays that of the seed.
+// What is not there, or not to be pressed now, is passed over: the order stays that of the seed. What the page does not do in time
+// is counted, by act.
+const tardy = new Map();
+const passOver = (error) => {
+  if (!/Timeout|detached|Execution context/.test(error.message)) throw error;
+  if (/Timeout/.test(error.message)) tardy.set(done.at(-1), (tardy.get(done.at(-1)) ?? 0) + 1);
+};
 const key = async ({page}, name) => { await page.keyboard.press('Escape'); await page.locator('#cell').focus(); await page.keyboard.press(name); };
-const click = async ({page}, selector) => { const one = page.locator(selector).first(); if (await one.isVisible() && await one.isEnabled()) await one.click({timeout: 5000}).catch(() => {}); };
+const click = async ({page}, selector) => { const one = page.locator(selector).first(); if (await one.isVisible() && await one.isEnabled()) await one.click({timeout: 5000}).catch(passOver); };
 const slide = ({page}) => page.locator('#position').evaluate((slider, part) => { slider.value = part; slider.dispatchEvent(new Event('input')); }, random());
 const wheel = async ({page}, selector) => {
   const box = await page.locator(selector).first().boundingBox().catch(() => null);
@@ -60,11 +66,11 @@ const load = async (name) => {
 const ACTS = {
   play: (at) => click(at, '#play'), pause: (at) => click(at, '#pause'), step: (at) => click(at, '#step'), reset: (at) => click(at, '#reset'), space: (at) => key(at, 'Space'),
   pace: (at) => at.ask((factor) => takt.link.call('set_pace', {pace: 'realtime', factor}).catch(() => {}), pick([0.5, 1, 2])),
-  level: (at) => at.page.locator('#levels select').first().selectOption(pick(['1', '2', '3']), {timeout: 5000}).catch(() => {}),
+  level: (at) => at.page.locator('#levels select').first().selectOption(pick(['1', '2', '3']), {timeout: 5000}).catch(passOver),
   scrub: slide, scrubs: async (at) => { for (let n = 0; n < 5; ++n) await slide(at); }, live: (at) => key(at, 'l'), event: (at) => click(at, '#events button'),
   'timeline by wheel': (at) => wheel(at, '#timeline'), 'timeline by key': async (at) => { if (await at.page.locator('#position').isVisible()) await at.page.locator('#position').press(pick(['+', '-', '0', 'Shift+ArrowLeft', 'PageUp', 'Shift+PageDown', 'ArrowLeft'])); },
   select: (at) => at.ask((part) => { const {components, robots, grippers, devices} = takt.last.description, all = [['component', components], ['robot', robots], ['gripper', grippers], ['device', devices ?? []]].flatMap(([kind, list]) => list.map(({name}) => ({kind, name}))); takt.select(all[Math.floor(part * all.length)]); }, random()),
-  jog: (at) => click(at, '#selection button.jog'), explain: async ({page}) => { const one = page.locator('#selection button', {hasText: /^explain$/}); if (await one.isVisible()) await one.click({timeout: 5000}).catch(() => {}); }, 'select nothing': (at) => key(at, 'Escape'),
+  jog: (at) => click(at, '#selection button.jog'), explain: async ({page}) => { const one = page.locator('#selection button', {hasText: /^explain$/}); if (await one.isVisible()) await one.click({timeout: 5000}).catch(passOver); }, 'select nothing': (at) => key(at, 'Escape'),
   camera: (at) => key(at, pick(['1', '2', '3', '4', 'o', 'f', 'z', 'ArrowLeft', 'ArrowUp', '+', '-'])), 'pick in 3D': async ({page}) => { const box = await page.locator('#cell').boundingBox(); await page.mouse.click(box.x + random() * box.width, box.y + (0.2 + 0.7 * random()) * box.height); },
   theme: (at) => key(at, 'd'), panels: (at) => key(at, pick(['t', 'i', 'b'])), drawn: (at) => key(at, pick(['c', 'u', 'e', 'a', 'k'])), size: ({page}) => { const [width, height] = pick(SIZES); return page.setViewportSize({width, height}); },
   curve: (at) => at.ask((part) => { const names = [...takt.lower.tree.names.keys()]; if (names.length) takt.lower.add(names[Math.floor(part * names.length)], part < 0.3); }, random()), 'take a curve away': (at) => at.ask(() => { const {plots} = takt; if (plots.plots.length > 1) plots.close(plots.plots.at(-1)); }), 'curve by wheel': (at) => wheel(at, '.plot .u-over'),
@@ -127,7 +133,7 @@ for (let next = 0; ; ) {
   } else {
     const [name, at] = random() < 0.6 ? ['', long] : random() < 0.5 ? ['again: ', other] : ['film: ', film], act = at === film ? pick(WATCHING) : pick(Object.keys(ACTS));
     done.push(name + act);
-    await ACTS[act](at).catch((error) => { if (!/Timeout|detached|Execution context/.test(error.message)) failed(`${act}: ${error.stack}`); });
+    await ACTS[act](at).catch(passOver).catch((error) => failed(`${act}: ${error.stack}`));
   }
   ++acts;
   if (problems.length) failed(problems.join('\n'));
@@ -145,5 +151,5 @@ if (controller) controller.kill('SIGKILL');
 await stop(player.child);
 await stop(bridge);
 await stop(server);
-console.log(`${passed().toFixed(0)} minutes, ${acts} acts of seed ${first}, ${cells} cells loaded: no error on a console, no growth`);
+console.log(`${passed().toFixed(0)} minutes, ${acts} acts of seed ${first}, ${cells} cells loaded: no error on a console, no growth; ${[...tardy.values()].reduce((sum, count) => sum + count, 0)} acts came too late${tardy.size ? `: ${[...tardy].map(([act, count]) => `${count} ${act}`).join(', ')}` : ''}`);
 process.exit(0);

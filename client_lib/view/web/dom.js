@@ -19,3 +19,5 @@ export function angles({x, y, z, w}) {
   const deg = 180 / Math.PI;
   return {x: deg * Math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)), y: deg * Math.asin(Math.max(-1, Math.min(1, 2 * (w * y - z * x)))), z: deg * Math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))};
 }
+// An empty field is no number: NaN, which a request has as null, and the server refuses it.
+export const numberOf = ({value}) => (value.trim() === '' ? NaN : Number(value));

@@ -3,19 +3,26 @@ import {HEAT} from './scales.js';
 
 const LEAST_K = 10;  // of the scale
 
+// Device and signal with the temperature of each component that has one, by its number: the device PART_heat.
+export function temperatures({components, devices = []}) {
+  const heated = new Map(devices.map(({name, type, signals}, device) => [name, {device, signal: type === 'heat' ? signals.findIndex((one) => one.name === 'temperature') : -1}]));
+  return new Map(components.map(({name}, i) => [i, heated.get(`${name}_heat`)]).filter(([, at]) => at?.signal >= 0));
+}
+// degC; null: the state has none.
+export const temperatureAt = (state, {device, signal}) => state.devices[device]?.signals[signal] ?? null;
+
 export class Heat {
   constructor() { Object.assign(this, {of: new Map(), low: 0, high: LEAST_K}); }
 
-  describe({components, devices = []}) {
-    const heated = new Map(devices.map(({name, type, signals}, device) => [name, {device, signal: type === 'heat' ? signals.findIndex((one) => one.name === 'temperature') : -1}]));
-    this.of = new Map(components.map(({name}, i) => [i, heated.get(`${name}_heat`)]).filter(([, at]) => at?.signal >= 0));
+  describe(description) {
+    this.of = temperatures(description);
     Object.assign(this, {low: Infinity, high: -Infinity});
   }
 
   // degC; null: this component has none.
   at(state, component) {
     const at = this.of.get(component);
-    return at ? state.devices[at.device]?.signals[at.signal] ?? null : null;
+    return at ? temperatureAt(state, at) : null;
   }
 
   take(state) {

@@ -1,7 +1,8 @@
 // The inspector: what a selected component, robot, gripper or device is, and what may be done with it.
 import {ComponentType, PartState, SignalType, SimulationState, nameOf} from './messages.js';
 import {STATES} from './cell.js';
-import {$, angles, make, three} from './dom.js';
+import {$, angles, make, numberOf, three} from './dom.js';
+import {temperatureAt, temperatures} from './heat.js';
 import {gripperPendant, robotPendant, signalControls} from './pendant.js';
 
 const place = $('selection');
@@ -67,11 +68,8 @@ export class Inspector {
       this.row('hierarchy', () => of.hierarchy);
     }
     this.level();
-    const heat = (this.description.devices ?? []).findIndex(({name, type}) => type === 'heat' && name === `${of.name}_heat`);
-    if (heat >= 0) {
-      const at = this.description.devices[heat].signals.findIndex((signal) => signal.name === 'temperature');
-      this.row('temperature', () => `${this.state.devices[heat].signals[at].toFixed(1)} °C`);
-    }
+    const heat = temperatures(this.description).get(this.index);
+    if (heat) this.row('temperature', () => `${temperatureAt(this.state, heat).toFixed(1)} °C`);
     this.row('position', () => `${three(now().position, 1000, 2)} mm`);
     this.row('roll pitch yaw', () => `${three(angles(now().orientation), 1, 2)}°`);
     this.row('velocity', () => `${three(now().linear_velocity, 1000, 1)} mm/s`);
@@ -82,7 +80,7 @@ export class Inspector {
       const stopped = () => (this.status?.state === SimulationState.stopped ? '' : 'stop the cell first');
       place.append(make('h3', 'Place, mm'));
       const at = ['x', 'y', 'z'].map((axis) => this.input((1000 * now().position[axis]).toFixed(3), {'aria-label': `${axis} in mm`, style: 'width:6em'}));
-      this.actions(...at, this.button('put', 'set_entity_state', () => ({entity: of.name, position: at.map(({value}) => Number(value) / 1000)}), stands));
+      this.actions(...at, this.button('put', 'set_entity_state', () => ({entity: of.name, position: at.map((field) => numberOf(field) / 1000)}), stands));
       this.actions(this.button('copy', 'spawn_entity', () => ({name: `${of.name}_copy`, allow_renaming: true, copy_of: of.name, position: [now().position.x, now().position.y, now().position.z + 0.1]}), stopped),
         this.button('delete', 'delete_entity', () => ({entity: of.name}), stopped));
     }

@@ -1,5 +1,6 @@
 import {Cell, LONGEST, STATES, STATE_COLORS, OPEN, CLOSED, GRIPS, FORCE, CONTACT, HOLDS} from './cell.js';
 import {download} from './curve_export.js';
+import {addressed} from './address.js';
 import {$, counted, make} from './dom.js';
 import {ComponentType, Pace, PartState, SimulationState, nameOf} from './messages.js';
 import {Eye, Ruler} from './eye.js';
@@ -40,11 +41,11 @@ const {signals, plots} = lower;
 frame((dark) => { cell.paint(dark); lower.repaint(); });
 
 // The view in the address, else the default view.
-const asked = (() => { try { return JSON.parse(decodeURIComponent(location.hash.slice(1)) || '{}'); } catch { return {}; } })();
+const asked = addressed(location.hash);
 cell.setView(asked);
 for (const [id, name, factor] of [['by-state', 'byState'], ['by-temperature', 'byTemperature'], ['by-force', 'byForce'], ['forces', 'forces'], ['contacts', 'contacts'], ['holding', 'holding'], ['edges', 'edges'], ['frames', 'frames'], ['scale', 'metresPerNewton', 1000]]) {
   const value = asked.options?.[name];
-  if (typeof value !== (factor ? 'number' : 'boolean')) continue;
+  if (typeof value !== (factor ? 'number' : 'boolean') || (factor && !(value >= 0 && value < 1e3))) continue;
   cell.options[name] = value;
   if (factor) $(id).value = Number((factor * value).toPrecision(6));
   else $(id).checked = value;

@@ -1,7 +1,7 @@
 // The teach pendant in the inspector: joints and tool centre point by steps, grippers and devices by commands. Only what no
 // other sender owns, while the cell runs.
 import {GripperAction, JogFrame, JointType, SimulationState, nameOf} from './messages.js';
-import {make} from './dom.js';
+import {make, numberOf} from './dom.js';
 
 const DEG = 180 / Math.PI;
 // Of a joint: how it is shown and typed.
@@ -66,7 +66,7 @@ export function robotPendant(inspector, of) {
     if (limited) Object.assign(bar, {min: joint.lower, max: joint.upper});
     const to = (target) => move([...now().position].map((q, k) => (k === i ? (limited ? Math.min(Math.max(target, joint.lower), joint.upper) : target) : q)));
     const by = (sign) => () => to(now().position[i] + sign * Number(steps[unit].value) / factor);
-    value.onkeydown = (event) => { if (event.key === 'Enter') { to(Number(value.value) / factor).catch(() => {}); value.blur(); } };
+    value.onkeydown = (event) => { if (event.key === 'Enter') { to(numberOf(value) / factor).catch(() => {}); value.blur(); } };
     inspector.controls.push({made: value, free});
     const cells = [make('td', joint.name), make('td'), make('td'), make('td')];
     cells[0].append(effort);
@@ -108,12 +108,12 @@ export function gripperPendant(inspector, of) {
   const width = inspector.input((1000 * of.max_width).toFixed(1), {'aria-label': 'width in mm', min: 0, max: 1000 * of.max_width});
   const action = (name, more = () => ({})) => inspector.button(name, 'command_gripper', () => ({gripper: of.name, action: name, ...more()}), free);
   inspector.actions(action(nameOf(GripperAction, GripperAction.open)), action(nameOf(GripperAction, GripperAction.close)), width, make('span', 'mm'),
-    inspector.button('move', 'command_gripper', () => ({gripper: of.name, action: nameOf(GripperAction, GripperAction.width), width: Number(width.value) / 1000}), free));
+    inspector.button('move', 'command_gripper', () => ({gripper: of.name, action: nameOf(GripperAction, GripperAction.width), width: numberOf(width) / 1000}), free));
 }
 
 // The controls of one signal of a device: a command where it takes one, and forcing.
 export function signalControls(inspector, of, signal, value, forced) {
-  const name = `${of.name}.${signal.name}`, number = () => Number(value.value);
+  const name = `${of.name}.${signal.name}`, number = () => numberOf(value);
   const set = signal.commanded && !signal.wire ? [inspector.button('set', 'command_signal', () => ({device: of.name, signal: signal.name, value: number()}), () => refusalOf(inspector.status, of.name))] : [];
   return [...set, inspector.button('force', 'force_signal', () => ({signal: name, value: number()})), inspector.button('release', 'release_signal', () => ({signal: name}), () => (forced() ? '' : 'It is not forced.'))];
 }
