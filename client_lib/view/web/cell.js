@@ -10,7 +10,6 @@ import URDFLoader from 'urdf-loader';
 import {breakEdges} from './broken_edges.js';
 import {Heat} from './heat.js';
 import {FORCES, PRESSURE, Scale} from './scales.js';
-import {Carpet, LAYER, Sky} from './sky.js';
 import {ComponentType, JointType, PartState, nameOf} from './messages.js';
 
 // Words and colours of Parts, by PartState.
@@ -54,7 +53,7 @@ function free(of) {
 class Arrow extends THREE.Group {
   constructor(color) {
     super();
-    this.material = new THREE.MeshLambertMaterial({color});
+    this.material = new THREE.MeshStandardMaterial({color});
     this.shaft = new THREE.Mesh(SHAFT, this.material);
     this.tip = new THREE.Mesh(TIP, this.material);
     this.add(this.shaft, this.tip);
@@ -125,11 +124,9 @@ export class Cell {
     renderer.shadowMap.enabled = true;
     renderer.shadowMap.type = this.soft ? THREE.BasicShadowMap : THREE.PCFSoftShadowMap;
     renderer.shadowMap.autoUpdate = false;
-    this.openness = new Sky(renderer, this.soft);
-    this.floor = new THREE.Mesh(new THREE.PlaneGeometry(1, 1), this.openness.shade(new THREE.ShadowMaterial({opacity: 0.22})));
+    this.floor = new THREE.Mesh(new THREE.PlaneGeometry(1, 1), new THREE.ShadowMaterial({opacity: 0.22}));
     this.floor.receiveShadow = true;
     scene.add(this.sky, this.sun, this.sun.target, this.floor);
-    if (this.soft) scene.add((this.carpet = new Carpet(this.floor, [this.sky, this.sun])).mesh);
     this.paint(false);
     this.lay(new THREE.Vector3(), 3, 0);
   }
@@ -153,7 +150,7 @@ export class Cell {
     this.grid.rotation.x = Math.PI / 2;
     this.grid.position.copy(center);
     this.scene.add(this.grid);
-    this.floor.scale.setScalar(this.soft ? 3.2 * radius : 2 * half);  // shadows reach so far
+    this.floor.scale.setScalar(2 * half);
     this.floor.position.copy(center).setZ(low - 0.002);
     this.sun.position.set(middle.x + 1.2 * radius, middle.y - 1.4 * radius, middle.z + 2.6 * radius);
     this.sun.target.position.copy(middle);
@@ -202,10 +199,10 @@ export class Cell {
       if (!drawn.attributes.normal) drawn.computeVertexNormals();
       const [r, g, b] = component.color.length >= 3 ? component.color : [0.7, 0.7, 0.7];
       const own = new THREE.Color().setRGB(r, g, b, THREE.SRGBColorSpace);
-      const mesh = new THREE.Mesh(drawn, this.surface({color: own, side: THREE.DoubleSide}, {roughness: 0.6, metalness: 0.1}));
+      const mesh = new THREE.Mesh(drawn, new THREE.MeshStandardMaterial({color: own, roughness: 0.6, metalness: 0.1, side: THREE.DoubleSide}));
       mesh.name = component.name;
       mesh.userData.chosen = grips.has(index) ? {kind: 'gripper', name: grips.get(index)} : {kind: 'component', name: component.name};
-      this.cast(mesh);
+      mesh.castShadow = mesh.receiveShadow = true;
       let edges = null;
       if (component.triangles.length / 3 <= MOST_EDGES) {
         edges = new THREE.LineSegments(new THREE.EdgesGeometry(geometry, THREE.MathUtils.radToDeg(CREASE)), new THREE.LineBasicMaterial({color: this.dark ? 0x0c0f12 : 0x2a323a, transparent: true, opacity: 0.55}));
@@ -290,21 +287,10 @@ export class Cell {
   // hang, and slides, are carried in other ways.
   stand({name, joints: [first], base: {position: {x, y, z}, rotation}}) {
     if (!(z > 0) || rotation.zz < 0.9 || first?.type !== JointType.revolute) return;
-    const column = new THREE.Mesh(new THREE.BoxGeometry(0.22, 0.22, z).translate(x, y, 0.5 * z), this.surface({color: 0x737578}, {roughness: 0.7}));
-    this.cast(column);
+    const column = new THREE.Mesh(new THREE.BoxGeometry(0.22, 0.22, z).translate(x, y, 0.5 * z), new THREE.MeshStandardMaterial({color: 0x737578, roughness: 0.7}));
+    column.castShadow = column.receiveShadow = true;
     column.userData.chosen = {kind: 'robot', name};
     this.world.add(column);
-  }
-
-  // What the surface of a thing is made of; the processor draws no gloss.
-  surface(matt, gloss) {
-    return this.openness.shade(this.soft ? new THREE.MeshLambertMaterial(matt) : new THREE.MeshStandardMaterial({...matt, ...gloss}));
-  }
-
-  // Things that keep light from others.
-  cast(thing) {
-    thing.castShadow = thing.receiveShadow = true;
-    thing.layers.enable(LAYER);
   }
 
   // One material for all that is drawn of robots, in the colour that it has, with the section; with a graphics card,
@@ -314,9 +300,9 @@ export class Cell {
     model.traverse((part) => {
       if (!part.isMesh) return;
       if (!this.soft) breakEdges(part);
-      this.cast(part);
+      part.castShadow = part.receiveShadow = true;
       const [material] = [part.material].flat();
-      part.material = this.surface({color: material?.color ?? 0xb8c0c8, map: material?.map ?? null, vertexColors: Boolean(material?.vertexColors), side: THREE.DoubleSide, clippingPlanes: planes}, {roughness: 0.6});
+      part.material = new THREE.MeshStandardMaterial({color: material?.color ?? 0xb8c0c8, map: material?.map ?? null, vertexColors: Boolean(material?.vertexColors), roughness: 0.6, side: THREE.DoubleSide, clippingPlanes: planes});
     });
   }
 
@@ -503,19 +489,12 @@ export class Cell {
     this.orbit.update();
     const now = performance.now();
     if (now - (this.shaded || -Infinity) >= SHADE_PERIOD[this.soft ? 'soft' : 'hard']) {
-      this.shade();
+      this.renderer.shadowMap.needsUpdate = true;
       this.shaded = now;
       clearTimeout(this.later), this.later = null;
     } else clearTimeout(this.later), this.later = setTimeout(() => { this.later = null, this.dirty = true; }, SHADE_PERIOD.soft);
     this.onDraw?.();
     this.renderer.render(this.scene, this.camera);
-  }
-
-  // With the next picture the shadows are those of what it has.
-  shade() {
-    if (this.middle) this.openness.look(this.scene, this, !this.section);
-    this.renderer.shadowMap.needsUpdate = true;
-    this.carpet?.weave(this.renderer, this.scene);
   }
 
   // The picture, with its shadows, is that of the present state.
