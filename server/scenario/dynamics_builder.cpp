@@ -232,6 +232,8 @@ void add_dynamics(const Scenario& scenario, const std::vector<UrdfArm>& arms, co
     } catch (const std::exception& error) {
       dynamics.reset();
       reason = error.what();
+      const std::string file = scenario.file.string() + ": ";
+      if (reason.starts_with(file)) reason.erase(0, file.size());
       if (cell.robot_levels[r] > 1) {
         throw ScenarioError(scenario.file.string() + ": robots." + robot.name +
                             " cannot be simulated at level of detail " +

@@ -60,6 +60,12 @@ bool same_numbers(const Value& a, const Value& b) {
   return std::memcmp(static_cast<const void*>(&a), static_cast<const void*>(&b), sizeof(a)) == 0;
 }
 
+/// Velocity of the material of the Target's surface at the origin of B, axes of B.
+Twist surface_velocity(const RelativeMotion& motion) {
+  const Mat3 R_BT = motion.X_TB.R.transpose();
+  return {R_BT * motion.V_TS_T.at(motion.X_TB.p), R_BT * motion.V_TS_T.w};
+}
+
 }  // namespace
 
 bool same_bits(const RelativeMotion& a, const RelativeMotion& b) {
@@ -130,6 +136,7 @@ struct PolygonalContact::Impl {
   void set_elements(std::span<const std::int32_t> elements);
   void fill_found();
   void fill_springs(const Pose& X_BS);
+  Vec3 first_stretch(std::size_t row, const Vec3& v_B) const;
   void add_bends(ElementDetail detail, Mat6& K) const;
   bool evaluate(const RelativeMotion& motion, ElementDetail detail, ContactResult& result, Twist& V_B);
 };
@@ -255,9 +262,21 @@ std::size_t PolygonalContact::Impl::find_elements(const RelativeMotion& motion, 
 ElementTotals PolygonalContact::Impl::forces(const RelativeMotion& motion, const Twist& V_B,
                                              ElementDetail detail) {
   if (!motion.surface_moves) return element_forces(law, V_B, detail, rows);
-  const Mat3 R_BT = motion.X_TB.R.transpose();
-  const Twist surface_B{R_BT * motion.V_TS_T.at(motion.X_TB.p), R_BT * motion.V_TS_T.w};
+  const Twist surface_B = surface_velocity(motion);
   return element_forces(law, V_B, detail, rows, &surface_B);
+}
+
+/// Stretch of a new spring with which friction stays what it is: (2.21) at the velocity v relative to the Target's surface.
+Vec3 PolygonalContact::Impl::first_stretch(std::size_t row, const Vec3& v_B) const {
+  using R = ElementRows;
+  const Vec3 n(rows[R::kNx][row], rows[R::kNy][row], rows[R::kNz][row]);
+  const Vec3 along = v_B - n.dot(v_B) * n;
+  const double speed = along.norm(), area = rows[R::kArea][row];
+  if (!(speed > 0.0)) return Vec3::Zero();
+  const double s = std::min(1.0, speed / law.friction_velocity_m_per_s);
+  const double friction = law.friction * rows[R::kForce][row] * s * (2.0 - s);
+  const double by_spring = friction - law.tangential_damping_N_s_per_m3 * area * speed;
+  return std::max(0.0, by_spring) / (law.tangential_stiffness_Pa_per_m * area * speed) * along;
 }
 
 bool PolygonalContact::Impl::evaluate(const RelativeMotion& motion, ElementDetail detail,
@@ -338,6 +357,8 @@ bool PolygonalContact::accept(const RelativeMotion& motion) {
   if (m.find_elements(motion, V_B) > 0) {
     m.forces(motion, V_B, ElementDetail::forces);
     const Pose X_ST = motion.X_TS.inverse();
+    const Twist surface_B = motion.surface_moves ? surface_velocity(motion) : Twist{};
+    const Twist sliding_B{V_B.v - surface_B.v, V_B.w - surface_B.w};
     using R = ElementRows;
     const std::vector<std::int32_t>& hits = m.filled;
     auto spring = m.springs.begin();
@@ -348,7 +369,7 @@ bool PolygonalContact::accept(const RelativeMotion& motion) {
       const auto e = static_cast<std::size_t>(element);
       const Vec3 x_T = motion.X_TB * m.base.point(e);
       while (spring != m.springs.end() && spring->element < element) ++spring;
-      ContactSpring kept{element, motion.surface_moves ? Vec3(X_ST * x_T) : x_T};
+      ContactSpring kept{element, x_T};
       if (spring != m.springs.end() && spring->element == element) {
         const Vec3 n_T = -(motion.X_TB.R * Vec3(m.rows[R::kNx][i], m.rows[R::kNy][i], m.rows[R::kNz][i]));
         const Vec3 stretch =
@@ -363,6 +384,9 @@ bool PolygonalContact::accept(const RelativeMotion& motion) {
           kept.anchor_T = x_T - limit / force * (stretch - stretch.dot(n_T) * n_T);
           if (motion.surface_moves) kept.anchor_T = X_ST * kept.anchor_T;
         }
+      } else {
+        kept.anchor_T -= motion.X_TB.R * m.first_stretch(i, sliding_B.at(m.base.point(e)));
+        if (motion.surface_moves) kept.anchor_T = X_ST * kept.anchor_T;
       }
       m.next_springs.push_back(kept);
     }

@@ -119,7 +119,7 @@ class PolygonalContact {
   void release();
 
   /// Discrete, at an accepted point, stick law only: springs stretched beyond the slip limit relax to it,
-  /// elements without contact lose theirs, new ones begin unstretched. True if any spring is stored.
+  /// elements without contact lose theirs, new ones begin with the present friction. True if any spring is stored.
   bool accept(const RelativeMotion& motion);
   /// Discards all springs (and candidate lists).
   void reset();
