@@ -202,12 +202,14 @@ class DashboardPeer final : public DashboardRobot {
   bool play(const std::string&) override { return !program.empty(); }
   bool pause() override { return false; }
   bool stop() override { return true; }
+  void close_popup() override { ++closed_popups; }
   void log(const std::string& text) override { logged = text; }
   std::optional<std::string> write_report(std::string& reason) override {
     reason = "no directory";
     return report;
   }
   std::optional<std::string> report{};
+  int closed_popups = 0;
 };
 
 TEST(Dashboard, RepliesAreThoseOfTheServer) {
@@ -238,6 +240,8 @@ TEST(Dashboard, RepliesAreThoseOfTheServer) {
   EXPECT_EQ(ask("get operational mode"), "AUTOMATIC");
   EXPECT_EQ(ask("addToLog a text"), "Added log message");
   EXPECT_EQ(robot.logged, "dashboard: a text");
+  EXPECT_EQ(ask("close popup"), "closing popup");
+  EXPECT_EQ(robot.closed_popups, 1);
   EXPECT_EQ(ask("load installation other.installation"), "File not found: other.installation");
   EXPECT_EQ(ask("nonsense"), "could not understand: 'nonsense'");
   EXPECT_TRUE(dashboard_reply("quit", "", robot, state).quit);

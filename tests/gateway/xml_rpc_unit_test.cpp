@@ -18,18 +18,18 @@ std::string response(const std::string& value) {
 std::string with_length(const std::string& body) {
   return kHead + "content-LENGTH:  " + std::to_string(body.size()) + "\r\n\r\n" + body;
 }
-std::optional<Value> result(const std::string& bytes, bool closed = false) {
+std::optional<Value> result_of(const std::string& bytes, bool closed = false) {
   ReplyStream stream;
   stream.add(bytes);
   if (closed) stream.close();
   return stream.result();
 }
 Value value(const std::string& xml) {
-  return result(with_length(response(xml))).value();
+  return result_of(with_length(response(xml))).value();
 }
 std::string problem(const std::string& bytes, bool closed = false) {
   try {
-    return result(bytes, closed) ? "a result" : "incomplete";
+    return result_of(bytes, closed) ? "a result" : "incomplete";
   } catch (const ValueError& error) {
     return error.what();
   }
@@ -97,23 +97,23 @@ TEST(XmlRpc, ResultsHaveTheirTypes) {
   EXPECT_EQ(value("<struct>" + members + "</struct>"), Value::pose(std::vector<double>{0, 0, 0, 0, 0, 1}));
   const Value record = value("<struct><member><name>width</name><value><i4>5</i4></value></member></struct>");
   EXPECT_EQ(text_of(record), "struct(width=5)");
-  EXPECT_TRUE(result(with_length("<methodResponse><params/></methodResponse>"))->is_none());
+  EXPECT_TRUE(result_of(with_length("<methodResponse><params/></methodResponse>"))->is_none());
 }
 
 TEST(XmlRpc, AReplyComesInAnyPartsAndForms) {
   const std::string body = response("<int>5</int>");
   const std::string whole = "HTTP/1.1 100 Continue\r\n\r\n" + with_length(body);
   for (std::size_t cut = 0; cut < whole.size(); ++cut)
-    ASSERT_EQ(result(whole.substr(0, cut)), std::nullopt) << cut;
-  EXPECT_EQ(result(whole), Value(5));
+    ASSERT_EQ(result_of(whole.substr(0, cut)), std::nullopt) << cut;
+  EXPECT_EQ(result_of(whole), Value(5));
   char size[8];
   std::snprintf(size, sizeof size, "%zx", body.size() - 10);
   const std::string chunked = kHead + "Transfer-Encoding: Chunked\r\n\r\nA\r\n" + body.substr(0, 10) +
                               "\r\n" + size + ";x=y\r\n" + body.substr(10) + "\r\n";
-  EXPECT_EQ(result(chunked), std::nullopt);
-  EXPECT_EQ(result(chunked + "0\r\n\r\n"), Value(5));
-  EXPECT_EQ(result(kHead + "\r\n" + body), std::nullopt);  // its end is that of the connection
-  EXPECT_EQ(result(kHead + "\r\n" + body, true), Value(5));
+  EXPECT_EQ(result_of(chunked), std::nullopt);
+  EXPECT_EQ(result_of(chunked + "0\r\n\r\n"), Value(5));
+  EXPECT_EQ(result_of(kHead + "\r\n" + body), std::nullopt);  // its end is that of the connection
+  EXPECT_EQ(result_of(kHead + "\r\n" + body, true), Value(5));
 }
 
 TEST(XmlRpc, FaultsAndWhatIsNoReplyAreNamed) {

@@ -119,7 +119,7 @@ BEGIN {
   library("V-HACD", "VHACD.h", "server/geometry/", "server/", 1)
   library("FCL", "fcl/", "server/geometry/ tests/", "server/", 1)
   library("SUNDIALS", "cvode/ arkode/ ida/ sundials/ sunlinsol/ sunmatrix/ sunnonlinsol/ nvector/", "server/simulation/", "server/", 1)
-  library("tinyxml2", "tinyxml2.h", "server/geometry/mesh/ server/scenario/ server/fmu/ client_lib/gateway/rsi/ client_lib/gateway/urscript/", "server/", 4)
+  library("tinyxml2", "tinyxml2.h", "server/geometry/mesh/ server/scenario/ server/fmu/ client_lib/gateway/rsi/ client_lib/gateway/ur/ client_lib/gateway/urscript/", "server/", 4)
   library("OpenCASCADE", "BRep Geom Gp GProp Interface_ STEP TopExp TopLoc_ TopoDS TopTools TDF_ TDocStd_ TDataStd_ XCAF Quantity_ Bnd_ Poly_ Precision.hxx Standard_ TCol", "server/cad/ tests/cad/", "", 0)
   library("minizip", "minizip/", "server/fmu/ server/fmu_export/ tests/", "server/", 2)
   library("OpenSSL", "openssl/", "server/fmu/ idl/transport/", "server/", 1)

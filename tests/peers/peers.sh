@@ -41,7 +41,7 @@ processes+=("$!")
 (cd "$log" && exec "$bin/takt-ur" "$here/ur_peers.yaml" --start >takt_ur.log 2>&1) &  # flight reports go to $log
 processes+=("$!")
 for ((i = 0; i < 200; ++i)); do
-  ! grep -q 'RTDE at' "$log/takt_ur.log" || break
+  ! grep -qs 'RTDE at' "$log/takt_ur.log" || break
   kill -0 "${processes[1]}" 2>/dev/null || { cat "$log"/*.log >&2; exit 1; }
   sleep 0.1
 done

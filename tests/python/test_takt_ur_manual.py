@@ -195,3 +195,54 @@ def test_a_screw_is_followed_along_the_tool(peer):
     assert peer.lines('freedrive_mode(freeAxes=[1,0,0,0,0,0], feature="tool")\nend_freedrive_mode()\n'
                       'freedrive_mode_no_incorrect_payload_check()\nend_freedrive_mode()\n'
                       f'movej({q}, t=0.5)\nsocket_send_line("back", "pc")') == ["back"]
+
+
+def test_a_blocking_popup_waits_until_the_dashboard_closes_it(robot, opened, peer):
+    _, ports, gateway = robot
+    connection = peer.run('popup("goes on")\npopup("Load a part", "Feeder", blocking=True)\nsocket_send_line("loaded", "pc")')
+    gateway.wait_for_line("The program waits until a client of the dashboard sends close popup.")
+    connection.settimeout(0.5)
+    with pytest.raises(TimeoutError):
+        connection.recv(1)
+    connection.settimeout(PATIENCE_S)
+    dashboard = opened(socket.create_connection(("127.0.0.1", ports[4]), timeout=PATIENCE_S))
+    dashboard.sendall(b"close popup\n")
+    assert read(connection, 7) == b"loaded\n"
+
+
+def test_coriolis_torques_have_the_power_by_which_the_mass_matrix_changes(peer):
+    # qd^T C = d/dt (qd^T M qd) / 2 at constant speeds, by a difference quotient.
+    q, qd, h = [0.3, -1.1, 1.4, -0.7, -1.2, 0.4], [0.9, -0.7, 0.8, 1.1, -0.6, 0.5], 1e-2
+    places = [[x + sign * h * v for x, v in zip(q, qd)] for sign in (-1, 1)]
+    rows = peer.values("get_coriolis_and_centrifugal_torques(q={}, qd={})".format(q, qd),
+                       *(f"[m[{i},0], m[{i},1], m[{i},2], m[{i},3], m[{i},4], m[{i},5]]".replace("m[", f"get_mass_matrix({at})[")
+                         for at in places for i in range(6)))
+    torques, before, after = rows[0], rows[1:7], rows[7:]
+    for i in range(6):
+        assert [row[i] for row in before] == pytest.approx(before[i], abs=1e-5), "symmetric"
+    energy = [sum(qd[i] * m[i][j] * qd[j] for i in range(6) for j in range(6)) / 2 for m in (before, after)]
+    assert sum(t * v for t, v in zip(torques, qd)) == pytest.approx((energy[1] - energy[0]) / (2 * h), rel=2e-3)
+    # A payload of 2 kg at the flange adds its mass times squared distances.
+    added = peer.values(f"get_mass_matrix({q})[0,0]", f"get_jacobian({q}, tcp=p[0,0,0,0,0,0])[0,0]",
+                        f"get_jacobian({q}, tcp=p[0,0,0,0,0,0])[1,0]")
+    peer.lines("set_target_payload(2, [0,0,0])")
+    with_payload = peer.values(f"get_mass_matrix({q})[0,0]")
+    peer.lines("set_target_payload(0, [0,0,0])")
+    assert with_payload[0][0] - added[0][0] == pytest.approx(2 * (added[1][0]**2 + added[2][0]**2), abs=1e-4)
+
+
+def test_the_payload_is_estimated_from_forces_in_four_orientations(robot, peer):
+    cell, _, _ = robot
+    q = peer.values("get_target_joint_positions()")[0]
+    turns = ([0, 0, 0], [0, 0.7, 0], [0.6, 0, 0.8], [-0.6, -0.6, 0])
+    places = [[*q[:3], *(a + b for a, b in zip(q[3:], turn))] for turn in turns]
+    moves = "".join(f"movej({place}, t=1)\nsleep(1)\nw{i} = get_tcp_force()\n" for i, place in enumerate(places))
+    with contextlib.ExitStack() as cleaning:
+        cleaning.callback(peer.lines, f"movej({q}, t=1)\nzero_ftsensor()")
+        cell.attach("P", "Gripper1")
+        cleaning.callback(cell.detach, "P")
+        mass, center, tcp = [line.strip("[]p").split(",") for line in peer.lines(
+            f"{moves}found = estimate_payload({places}, [w0, w1, w2, w3])\n" + "\n".join(
+                f'socket_send_line({one}, "pc")' for one in ("found.mass", "found.cog", "get_tcp_offset()")))]
+    assert float(mass[0]) == pytest.approx(0.3 * 9.80665 / 9.82, rel=2e-3)  # of the cell's gravity
+    assert math.dist([float(one) for one in center], [float(one) for one in tcp[:3]]) < 0.05

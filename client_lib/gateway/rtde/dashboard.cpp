@@ -70,7 +70,10 @@ DashboardReply dashboard_reply(std::string_view line, const std::string& client,
     return done(robot.unlock_protective_stop(reason), "Protective stop releasing");
   if (line == "restart safety") return done(robot.power_off(reason), "Restarting safety");
   if (line == "close safety popup") return {"closing safety popup"};
-  if (line == "close popup") return {"closing popup"};
+  if (line == "close popup") {
+    robot.close_popup();
+    return {"closing popup"};
+  }
   if (const auto text = argument(line, "popup")) {
     robot.log("popup: " + *text);
     return {"showing popup"};

@@ -27,6 +27,7 @@ class DashboardRobot {
   virtual bool play(const std::string& dashboard_client) = 0;
   virtual bool pause() = 0;
   virtual bool stop() = 0;
+  virtual void close_popup() = 0;
   virtual void log(const std::string& text) = 0;
   /// Writes the newest log lines and all values to a file and returns its path; nothing where it may not, with the reason.
   virtual std::optional<std::string> write_report(std::string& reason) = 0;

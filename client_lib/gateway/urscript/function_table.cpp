@@ -9,8 +9,6 @@ namespace {
 
 using enum Function::Kind;
 
-constexpr std::string_view kNoMasses =
-    "a cell describes no masses of robots to its clients; direct_torque carries the robot's own weight";
 constexpr std::string_view kTorques =
     "torque, friction_comp=True, viscous_scale=[0,0,0,0,0,0], coulomb_scale=[0,0,0,0,0,0]";
 constexpr std::string_view kNoModbus = "modbus_add_signal with two signals is allowed";
@@ -71,7 +69,7 @@ constexpr Function kFunctions[] = {
     {"sync", "", acts, "waits for the next cycle"},
     {"textmsg", "s1, s2=\"\"", reports, "a text for log and primary clients"},
     {"popup", "s, title=\"Popup\", warning=False, error=False, blocking=False", reports,
-     "as textmsg; waits for nothing"},
+     "as textmsg; with blocking it waits for the dashboard's close popup"},
     {"protective_stop", "", acts, "stops the robot"},
     {"set_tcp", "pose, tcp_name=\"\"", acts, "the TCP in the flange"},
     {"set_payload", "m, cog=TCP", sets,
@@ -178,6 +176,8 @@ constexpr Function kFunctions[] = {
     {"get_target_payload", "", reads, "kg"},
     {"get_target_payload_cog", "", reads, "m"},
     {"get_target_payload_inertia", "", reads, "kg m^2"},
+    {"estimate_payload", "poses, wrenches", reads,
+     "struct(mass, cog) on the flange, from 4 or more poses or joint positions and get_tcp_force() there"},
     {"get_gravity", "", reads, "m/s^2, as set_gravity has set it"},
     {"get_joint_temp", "j", reads, "degrees Celsius, of joint 0 to 5"},
     {"get_tool_temp", "", reads, "degrees Celsius"},
@@ -192,6 +192,12 @@ constexpr Function kFunctions[] = {
      "x, qnear=here, maxPositionError=1e-10, maxOrientationError=1e-10, tcp=active", solves,
      "there are such positions"},
     {"get_jacobian", "pos=here, tcp=active", solves, "rates of the TCP for rates of the joints, 6 rows"},
+    {"get_jacobian_time_derivative", "pos=here, vel=here, tcp=active", reads,
+     "its rate at joint speeds, 6 rows"},
+    {"get_mass_matrix", "q=here, include_rotors_inertia=False", reads,
+     "kg m^2, 6 rows, of the links in the robot's URDF file and the payload; rotors are not described: False "
+     "alone"},
+    {"get_coriolis_and_centrifugal_torques", "q=here, qd=here", reads, "N m, of the same masses"},
     {"is_within_safety_limits", "pose, qNear=here", solves, "a pose or joint positions can be reached"},
 
     {"socket_open", "address, port, socket_name=\"socket_0\"", acts, "connects; True where it succeeds"},
@@ -286,9 +292,6 @@ constexpr Function kFunctions[] = {
     {"integer_to_binary_list", "x", computes, "32 values, the lowest bit first"},
     {"binary_list_to_integer", "l", computes, "and back"},
 
-    {"get_mass_matrix", "*", refused, kNoMasses},
-    {"get_jacobian_time_derivative", "*", refused, "get_jacobian at two positions is allowed"},
-    {"get_coriolis_and_centrifugal_torques", "*", refused, kNoMasses},
     {"modbus_add_rw_signal", "*", refused, kNoModbus},
     {"eip_writer_factory", "*", refused, kNoRpc},
     {"eip_reader_factory", "*", refused, kNoRpc},

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "client_lib/gateway/urscript/popup.h"
+
 namespace takt::urscript {
 namespace {
 
@@ -511,6 +513,7 @@ bool Interpreter::look_at_native(Thread& thread, const Op& op, Look& ahead) cons
     case Function::Kind::sets:
     case Function::Kind::reports:
     case Function::Kind::ignored:
+      if (is_blocking_popup(function, arguments)) return false;
       finish_call(thread, count, {});
       return true;
     default:

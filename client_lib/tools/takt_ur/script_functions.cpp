@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <functional>
 #include <map>
+#include <stdexcept>
+
+#include "client_lib/gateway/ur/payload_estimate.h"
 
 namespace takt::ur {
 namespace {
@@ -97,16 +100,20 @@ Value forward(const Reading& r) {
   return pose_value(vector_of(c.to_base(X_RT)));
 }
 
-/// Column by column: the twist of the TCP in the protocol's base at one joint's rate of 1 rad/s.
-Value jacobian(const Reading& r) {
+Vector6 joints_or(const Reading& r, std::size_t i, const Vector6& otherwise) {
+  return r.arguments.given(i) ? r.arguments.joints(i) : otherwise;
+}
+
+/// Column by column: the twist of the TCP in the protocol's base at one joint's rate of 1 rad/s. `tcp`: the argument with
+/// another TCP than the active one.
+Matrix6 jacobian_of(const Reading& r, const Vector6& q, std::size_t tcp) {
   const UrController& c = r.controller;
-  const Vector6 q = r.arguments.given(0) ? r.arguments.joints(0) : c.actual_position();
   Vec3 lever = Vec3::Zero();  // from the active TCP to the given one
-  if (r.arguments.given(1)) {
+  if (r.arguments.given(tcp)) {
     const Pose X_RT = c.motion().tool_pose(q);
-    lever = (X_RT * c.motion().tool().inverse() * pose_of(r.arguments.pose(1))).p - X_RT.p;
+    lever = (X_RT * c.motion().tool().inverse() * pose_of(r.arguments.pose(tcp))).p - X_RT.p;
   }
-  std::array<std::vector<double>, 6> rows;
+  Matrix6 J;
   for (std::size_t joint = 0; joint < 6; ++joint) {
     Vector6 rate{};
     rate.at(joint) = 1.0;
@@ -114,9 +121,97 @@ Value jacobian(const Reading& r) {
     const Vec3 moved = Vec3(twist[3], twist[4], twist[5]).cross(lever);
     for (std::size_t i = 0; i < 3; ++i) twist.at(i) += moved[static_cast<Eigen::Index>(i)];
     twist = c.turned(twist, true);
-    for (std::size_t i = 0; i < 6; ++i) rows.at(i).push_back(twist.at(i));
+    J.col(static_cast<Eigen::Index>(joint)) = Eigen::Map<const Eigen::Matrix<double, 6, 1>>(twist.data());
   }
-  return Value::list(std::vector<Value>(rows.begin(), rows.end()));
+  return J;
+}
+
+Value matrix_value(const Matrix6& M) {
+  std::vector<Value> rows;
+  for (Eigen::Index i = 0; i < 6; ++i) {
+    std::vector<double> row;
+    for (Eigen::Index j = 0; j < 6; ++j) row.push_back(M(i, j));
+    rows.emplace_back(row);
+  }
+  return Value::list(std::move(rows));
+}
+
+Value jacobian(const Reading& r) {
+  return matrix_value(jacobian_of(r, joints_or(r, 0, r.controller.actual_position()), 1));
+}
+
+Value jacobian_time_derivative(const Reading& r) {
+  const Vector6 q = joints_or(r, 0, r.controller.actual_position());
+  const Vector6 qd = joints_or(r, 1, r.controller.actual_velocity());
+  return matrix_value(jacobian_rate(jacobian_of(r, q, 2), qd));
+}
+
+BodyInertia inertia_of(const Payload& payload) {
+  const auto& c = payload.center_of_gravity_m;
+  const Vector6& I = payload.inertia_kg_m2;  // xx, yy, zz, xy, xz, yz
+  BodyInertia body{payload.mass_kg, {c[0], c[1], c[2]}};
+  body.I_BBcm_B << I[0], I[3], I[4], I[3], I[1], I[5], I[4], I[5], I[2];
+  return body;
+}
+
+Value mass_matrix(const Reading& r) {
+  if (r.arguments.given(1) && r.arguments.flag(1))
+    r.arguments.fail("include_rotors_inertia=False; a cell does not describe the rotors of its drives");
+  return matrix_value(r.controller.dynamics().mass_matrix(joints_or(r, 0, r.controller.actual_position()),
+                                                          inertia_of(r.controller.payload())));
+}
+
+Value coriolis_torques(const Reading& r) {
+  return list_value(r.controller.dynamics().coriolis_torques(joints_or(r, 0, r.controller.actual_position()),
+                                                             joints_or(r, 1, r.controller.actual_velocity()),
+                                                             inertia_of(r.controller.payload())));
+}
+
+/// Joint positions, or a pose of the active TCP.
+Mat3 flange_rotation(const Reading& r, const Value& place) {
+  const UrController& c = r.controller;
+  if (place.items() == nullptr || place.items()->values.size() != 6)
+    r.arguments.fail("poses: a list of p[x, y, z, rx, ry, rz] or [q0, .., q5]");
+  const std::vector<double> numbers = urscript::numbers_of(place);
+  Vector6 six;
+  std::copy(numbers.begin(), numbers.end(), six.begin());
+  const Pose X_BT = place.pose() != nullptr ? pose_of(six) : c.to_base(c.motion().tool_pose(six));
+  return X_BT.R * c.motion().tool().R.transpose();
+}
+
+Value payload_estimate(const Reading& r) {
+  static const auto names =
+      std::make_shared<const std::vector<std::string>>(std::vector<std::string>{"mass", "cog"});
+  const UrController& c = r.controller;
+  const urscript::Items *poses = r.arguments[0].list(), *wrenches = r.arguments[1].list();
+  if (poses == nullptr || wrenches == nullptr || poses->values.size() != wrenches->values.size())
+    r.arguments.fail("two lists of one length");
+  std::vector<WeighedPose> weighed;
+  for (std::size_t i = 0; i < poses->values.size(); ++i) {
+    const Value& wrench = wrenches->values[i];
+    if (wrench.items() == nullptr || wrench.items()->values.size() != 6)
+      r.arguments.fail("wrenches: a list of [fx, fy, fz, tx, ty, tz]");
+    const std::vector<double> F = urscript::numbers_of(wrench);
+    weighed.push_back({flange_rotation(r, poses->values[i]), {{F[0], F[1], F[2]}, {F[3], F[4], F[5]}}});
+  }
+  const auto& g = c.gravity();
+  const auto [mass_kg, moment_F] = estimate_payload(weighed, {g[0], g[1], g[2]});
+  // A sensor's wrenches are without the weight of the payload that is set.
+  const Payload known = c.senses_without_payload() ? c.payload() : Payload{};
+  const auto& cog = known.center_of_gravity_m;
+  const double total_kg = known.mass_kg + mass_kg;
+  const Vec3 center_F = (known.mass_kg * Vec3(cog[0], cog[1], cog[2]) + moment_F) / total_kg;
+  if (!(total_kg > 0.0) || !center_F.allFinite()) throw std::invalid_argument("the wrenches show no mass");
+  return Value::record({total_kg, std::vector<double>{center_F.x(), center_F.y(), center_F.z()}}, names);
+}
+
+/// Its reason becomes that of the call.
+Value with_reason(Value (*function)(const Reading&), const Reading& r) {
+  try {
+    return function(r);
+  } catch (const std::invalid_argument& error) {
+    throw urscript::ValueError(std::string(r.arguments.function()) + ": " + error.what());
+  }
 }
 
 Value within_limits(const Reading& r) {
@@ -239,6 +334,10 @@ const std::map<std::string_view, Reader>& readers() {
        }},
       {"get_inverse_kin_has_solution", [](R r) { return Value(inverse(r).has_value()); }},
       {"get_jacobian", jacobian},
+      {"get_jacobian_time_derivative", jacobian_time_derivative},
+      {"get_mass_matrix", [](R r) { return with_reason(mass_matrix, r); }},
+      {"estimate_payload", [](R r) { return with_reason(payload_estimate, r); }},
+      {"get_coriolis_and_centrifugal_torques", [](R r) { return with_reason(coriolis_torques, r); }},
       {"is_within_safety_limits", within_limits},
   };
   return all;

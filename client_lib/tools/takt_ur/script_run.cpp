@@ -5,6 +5,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "client_lib/gateway/urscript/popup.h"
 #include "client_lib/tools/takt_ur/script_functions.h"
 
 namespace takt::ur {
@@ -63,7 +64,8 @@ Outcome ScriptRun::call(const HostCall& call) {
   }
   if (call.begins) {
     try {
-      if (set_function(controller_, arguments)) return {};
+      if (set_function(controller_, arguments) && !urscript::is_blocking_popup(call.function, call.arguments))
+        return {};
     } catch (const ScriptError& error) {  // of the controller, which knows no lines
       throw ValueError(error.what());
     }
@@ -121,6 +123,9 @@ bool ScriptRun::begin(const HostCall& call, const CallArguments& arguments, Wait
   const std::string_view f = call.function.name;
   if (f == "sleep" || f == "sync") {
     wait(waiting, f == "sync" ? UrController::kCycle_s : arguments.number(0));
+  } else if (f == "popup") {
+    controller_.log("The program waits until a client of the dashboard sends close popup.");
+    waiting.for_popup = controller_.closed_popups();
   } else if (is_move(f)) {
     begin_move(call, arguments, waiting);
   } else if (f == "stopj" || f == "stopl") {
@@ -152,6 +157,7 @@ bool ScriptRun::begin(const HostCall& call, const CallArguments& arguments, Wait
 
 bool ScriptRun::is_over(const HostCall& call, const CallArguments& arguments, Waiting& waiting) {
   Motion& motion = controller_.motion();
+  if (waiting.for_popup) return controller_.closed_popups() > *waiting.for_popup;
   if (waiting.for_rest) {
     if (motion.follows() || !motion.at_rest()) return false;
     waiting.for_rest = false;

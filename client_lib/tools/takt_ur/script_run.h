@@ -28,6 +28,7 @@ class ScriptRun final : public RunningProgram, private urscript::Host {
     std::string_view function;
     bool moves = false;  ///< it has the control of the robot
     std::uint64_t begun_cycle = 0, wake_cycle = 0;
+    std::optional<std::uint64_t> for_popup{};  ///< popups that were closed before it
     bool for_motion = false, for_speed = false;
     bool for_rest = false;  ///< before the move begins
     std::optional<Vector6> servo_target{};

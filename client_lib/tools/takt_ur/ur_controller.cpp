@@ -27,9 +27,13 @@ std::uint64_t cycles(double seconds) {
 
 }  // namespace
 
-ArmModel UrController::protocol_arm() const {
+const takt_msgs::msg::RobotDescription& UrController::description() const {
   const int robot = link_.cell()->find_robot(mapping_.robot.robot);
-  ArmModel arm = arm_model(link_.cell()->robots.at(static_cast<std::size_t>(robot)));
+  return link_.cell()->robots.at(static_cast<std::size_t>(robot));
+}
+
+ArmModel UrController::protocol_arm() const {
+  ArmModel arm = arm_model(description());
   for (std::size_t i = 0; i < arm.joints.size(); ++i) {
     JointModel& joint = arm.joints[i];
     if (arm.joints.size() != 6 || joint.type != JointType::revolute || mapping_.robot.index[i] != i)
@@ -51,6 +55,7 @@ UrController::UrController(gateway::EventLoop& loop, gateway::RobotCell& link, c
       link_(link),
       mapping_(mapping),
       arm_(protocol_arm()),
+      dynamics_(description().urdf, arm_),
       dh_(dh_parameters(arm_).parameters),
       motion_(arm_, kCycle_s),
       outputs_(rtde::output_table()),

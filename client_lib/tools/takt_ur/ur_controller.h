@@ -17,6 +17,7 @@
 #include "client_lib/gateway/rtde/server_session.h"
 #include "client_lib/gateway/ur/force_mode.h"
 #include "client_lib/gateway/ur/motion.h"
+#include "client_lib/gateway/ur/robot_dynamics.h"
 #include "client_lib/gateway/ur/robotiq.h"
 #include "client_lib/gateway/urscript/script.h"
 #include "client_lib/tools/takt_ur/modbus_signals.h"
@@ -92,6 +93,7 @@ class UrController final : public rtde::DashboardRobot {
   gateway::EventLoop& loop() { return loop_; }
   ModbusSignals& modbus() { return modbus_; }
   Motion& motion() { return motion_; }
+  const RobotDynamics& dynamics() const { return dynamics_; }
   const UrMapping& mapping() const { return mapping_; }
   /// Pose in the protocol's base <-> in the robot's.
   Pose from_base(const Pose& X_BT) const { return mapping_.base_frame * X_BT; }
@@ -99,6 +101,8 @@ class UrController final : public rtde::DashboardRobot {
   /// Turns a twist or wrench between the axes of the two bases.
   Vector6 turned(const Vector6& values, bool to_protocol) const;
   void text(const std::string& message);
+  /// Popups that a client of the dashboard has closed.
+  std::uint64_t closed_popups() const { return closed_popups_; }
   void error_code(int code, rtde::ReportLevel level, const std::string& message);
   void protective_stop(const std::string& why);
   /// A protective stop where its end is out of reach.
@@ -115,6 +119,8 @@ class UrController final : public rtde::DashboardRobot {
   void zero_force_sensor();
   /// A force at the TCP is known: there is a sensor, a tool with contact forces, or a sensor of the driver.
   bool measures_force() const;
+  /// That force is without the weight of payload().
+  bool senses_without_payload() const { return force_sensor_ || driver_sensor_.enabled; }
   /// The force of a sensor that the driver reads (RTDE input external_force_torque), in the flange's axes about `origin_F`.
   struct DriverSensor {
     bool enabled = false;
@@ -191,6 +197,7 @@ class UrController final : public rtde::DashboardRobot {
   bool play(const std::string& dashboard_client) override;
   bool pause() override;
   bool stop() override;
+  void close_popup() override { ++closed_popups_; }
   void log(const std::string& text) override;
   std::optional<std::string> write_report(std::string& reason) override;
 
@@ -221,6 +228,7 @@ class UrController final : public rtde::DashboardRobot {
   void run_secondary(urscript::Program program);
   void end_program(const char* why);
   void fail(const std::string& name, const urscript::ScriptError& error);
+  const takt_msgs::msg::RobotDescription& description() const;
   ArmModel protocol_arm() const;
   Vector6 vector(const std::vector<double>& values) const;
 
@@ -228,6 +236,7 @@ class UrController final : public rtde::DashboardRobot {
   gateway::RobotCell& link_;
   const UrMapping& mapping_;
   const ArmModel arm_;  ///< with the protocol's joints
+  const RobotDynamics dynamics_;
   const rtde::DhParameters dh_;
   Motion motion_;
   rtde::Table outputs_, inputs_;
@@ -246,6 +255,7 @@ class UrController final : public rtde::DashboardRobot {
   static constexpr std::uint64_t kSteadyCycles = 250;
   std::uint64_t moved_cycle_ = 0;  ///< the newest one with a target velocity
   std::uint32_t flags_ = 0;
+  std::uint64_t closed_popups_ = 0;
 
   std::shared_ptr<const State> state_;
   Vector6 actual_q_{}, actual_qd_{}, actual_effort_{};
