@@ -143,7 +143,7 @@ TEST(SurfaceContactCell, ATallBoxTopplesBeyondItsEdgeAlone) {
   mesh << "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
   directory.write("tall.obj", mesh.str());
   const double balance = std::atan(kHalfWidth_m / kHalfHeight_m);
-  for (const auto& [from_balance, resample] : {std::pair(-1.2 * kDegree, "automatic"),
+  for (const auto& [from_balance, resample] : {std::pair(-1.2 * kDegree, "auto"),
                                                {1.2 * kDegree, "auto"},
                                                {-1.2 * kDegree, "always"},
                                                {1.2 * kDegree, "always"}}) {
