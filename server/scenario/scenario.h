@@ -204,7 +204,7 @@ struct Scenario : ScenarioHeading {
   static constexpr double kDefaultStep_s = 0.001;
   double step_s = kDefaultStep_s;         ///< initial step: of the section of `solver` in effect at the start
   double solver_step_s = kDefaultStep_s;  ///< `solver.step_s`
-  /// A method that nobody names has steps that suit it.
+  /// Without a named method the steps suit the default one.
   double level_1_step_s() const {
     return solver_keys.method ? solver_step_s : std::min(solver_step_s, kDefaultStep_s);
   }
