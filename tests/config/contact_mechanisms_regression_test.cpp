@@ -244,9 +244,9 @@ TEST(NutOnBolt, ARobotThreadsItAndTheTorqueIsThatOfThreadAndFace) {
   EXPECT_GT(thread.count, 20);
   EXPECT_NEAR(thread.value(), thread_lever_m, 0.02 * thread_lever_m);
   EXPECT_NEAR(face.value(), face_lever_m, 0.01 * face_lever_m);
-  // The jaws are open: the thread locks itself, after it has sprung back a little (tolerances from 1e-4 to 2.5e-5 agree on the
-  // largest tension).
-  EXPECT_NEAR(tightest_N, 780.27, 0.1);
+  // The jaws are open: the thread locks itself, after it has sprung back a little (at tolerances of 1e-4 and 2.5e-5 the
+  // tensions differ by 0.2 N).
+  EXPECT_NEAR(tightest_N, 803.24, 0.2);
   EXPECT_NEAR(tension_N, tightest_N, 0.03 * tightest_N);
   EXPECT_NEAR(resting_z_m, 0.71 + p.spacer_height, 2e-4);
   RecordProperty("levers_mm",

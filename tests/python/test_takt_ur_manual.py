@@ -223,6 +223,7 @@ def test_coriolis_torques_have_the_power_by_which_the_mass_matrix_changes(peer):
     energy = [sum(qd[i] * m[i][j] * qd[j] for i in range(6) for j in range(6)) / 2 for m in (before, after)]
     assert sum(t * v for t, v in zip(torques, qd)) == pytest.approx((energy[1] - energy[0]) / (2 * h), rel=2e-3)
     # A payload of 2 kg at the flange adds its mass times squared distances.
+    peer.lines("set_target_payload(0, [0,0,0])")
     added = peer.values(f"get_mass_matrix({q})[0,0]", f"get_jacobian({q}, tcp=p[0,0,0,0,0,0])[0,0]",
                         f"get_jacobian({q}, tcp=p[0,0,0,0,0,0])[1,0]")
     peer.lines("set_target_payload(2, [0,0,0])")
@@ -231,18 +232,29 @@ def test_coriolis_torques_have_the_power_by_which_the_mass_matrix_changes(peer):
     assert with_payload[0][0] - added[0][0] == pytest.approx(2 * (added[1][0]**2 + added[2][0]**2), abs=1e-4)
 
 
-def test_the_payload_is_estimated_from_forces_in_four_orientations(robot, peer):
+def turned(rotation, v):
+    """A vector turned by a rotation vector (Rodrigues)."""
+    angle = math.hypot(*rotation)
+    x, y, z = (one / angle for one in rotation)
+    along, across = x * v[0] + y * v[1] + z * v[2], (y * v[2] - z * v[1], z * v[0] - x * v[2], x * v[1] - y * v[0])
+    return [math.cos(angle) * one + math.sin(angle) * beside + (1 - math.cos(angle)) * along * axis
+            for one, beside, axis in zip(v, across, (x, y, z))]
+
+
+def test_the_payload_that_is_estimated_has_the_wrench_of_a_further_orientation(robot, peer):
     cell, _, _ = robot
     q = peer.values("get_target_joint_positions()")[0]
-    turns = ([0, 0, 0], [0, 0.7, 0], [0.6, 0, 0.8], [-0.6, -0.6, 0])
+    turns = ([0, 0, 0], [0, 0.7, 0], [0.6, 0, 0.8], [-0.6, -0.6, 0], [0.3, 0.5, -0.5])
     places = [[*q[:3], *(a + b for a, b in zip(q[3:], turn))] for turn in turns]
     moves = "".join(f"movej({place}, t=1)\nsleep(1)\nw{i} = get_tcp_force()\n" for i, place in enumerate(places))
     with contextlib.ExitStack() as cleaning:
         cleaning.callback(peer.lines, f"movej({q}, t=1)\nzero_ftsensor()")
         cell.attach("P", "Gripper1")
         cleaning.callback(cell.detach, "P")
-        mass, center, tcp = [line.strip("[]p").split(",") for line in peer.lines(
-            f"{moves}found = estimate_payload({places}, [w0, w1, w2, w3])\n" + "\n".join(
-                f'socket_send_line({one}, "pc")' for one in ("found.mass", "found.cog", "get_tcp_offset()")))]
-    assert float(mass[0]) == pytest.approx(0.3 * 9.80665 / 9.82, rel=2e-3)  # of the cell's gravity
-    assert math.dist([float(one) for one in center], [float(one) for one in tcp[:3]]) < 0.05
+        (mass,), center, wrench, flange = [[float(one) for one in line.strip("[]p").split(",")] for line in peer.lines(
+            f"{moves}found = estimate_payload({places[:4]}, [w0, w1, w2, w3])\n" + "\n".join(
+                f'socket_send_line({one}, "pc")' for one in ("found.mass", "found.cog", "w4", "get_actual_tool_flange_pose()")))]
+    assert mass == pytest.approx(0.3 * 9.80665 / 9.82, rel=2e-3)  # of the cell's gravity
+    lever, weight = turned(flange[3:], center), 9.82 * mass
+    assert wrench[:3] == pytest.approx([0, 0, -weight], abs=2e-3 * weight)
+    assert wrench[3:] == pytest.approx([-lever[1] * weight, lever[0] * weight, 0], abs=2e-3 * weight)

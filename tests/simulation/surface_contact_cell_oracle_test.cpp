@@ -145,8 +145,8 @@ TEST(SurfaceContactCell, ATallBoxTopplesBeyondItsEdgeAlone) {
   const double balance = std::atan(kHalfWidth_m / kHalfHeight_m);
   for (const auto& [from_balance, resample] : {std::pair(-1.2 * kDegree, "auto"),
                                                {1.2 * kDegree, "auto"},
-                                               {-1.2 * kDegree, "always"},
-                                               {1.2 * kDegree, "always"}}) {
+                                               {-1.5 * kDegree, "always"},
+                                               {1.5 * kDegree, "always"}}) {
     const double angle = balance + from_balance;
     const double x = -kHalfWidth_m * std::cos(angle) + kHalfHeight_m * std::sin(angle),
                  z = kHalfWidth_m * std::sin(angle) + kHalfHeight_m * std::cos(angle);
