@@ -1,5 +1,5 @@
 // Every shipped scenario at every level of detail: the largest joint torques, loads of flanges, forces of
-// contacts, holding forces, powers and energies of a run's report stay within 2 % with a quarter of the
+// contacts, holding forces, powers and energies of a run's report stay within 2 % (contacts 3 %) with a quarter of the
 // tolerance (or of the step of a method without error control), in the long form with a tenth. Positions hide
 // unresolved forces.
 #include <gtest/gtest.h>
@@ -168,7 +168,12 @@ double scale_of(const Peaks& peaks, const std::pair<std::string, std::string>& n
   return scale;
 }
 
-TEST_P(RefinedPeaks, PeaksAgreeWithinTwoPercentOfARefinedRun) {
+/// Peaks of contacts are noted at the ends of the solver's steps, of which a landing has some ten.
+double allowed_share(const std::pair<std::string, std::string>& name) {
+  return name.first == "contact force" ? 0.03 : 0.02;
+}
+
+TEST_P(RefinedPeaks, PeaksAgreeWithThoseOfARefinedRun) {
   Outcome shipped, refined;
   try {
     shipped = run(GetParam(), false), refined = run(GetParam(), true);
@@ -183,7 +188,7 @@ TEST_P(RefinedPeaks, PeaksAgreeWithinTwoPercentOfARefinedRun) {
       return found == peaks.end() ? 0.0 : found->second;
     };
     EXPECT_NEAR(peak(shipped.peaks), peak(refined.peaks),
-                0.02 * scale_of(refined.peaks, name) + peak(shipped.allowed))
+                allowed_share(name) * scale_of(refined.peaks, name) + peak(shipped.allowed))
         << name.first << " of " << name.second;
   }
 }

@@ -46,7 +46,7 @@ TEST(RunSummary, ASlidingSlabEndsWhereFrictionHasTakenItsEnergy) {
   const Json& force = done.report["summary"]["largest_contact_force"];
   EXPECT_NEAR(force["normal_force"].get<double>(), 0.2 * 9.80665, 0.02);
   EXPECT_TRUE(done.report["summary"]["cycle_time"].is_null());
-  EXPECT_THAT(done.words, HasSubstr("Largest contact force 1.96"));
+  EXPECT_THAT(done.words, HasSubstr("Largest contact force 1.97"));
   EXPECT_THAT(done.words,
               HasSubstr("\nPart      x (m)     y (m)     z (m)  error (mm)  held by\nSlab  -0.03"));
   EXPECT_THAT(done.words, HasSubstr("No event of severity warning or error\n"));
