@@ -275,8 +275,8 @@ await both('load', ['scenario-file', 'load', 'load-level'], {mouse: async () => 
   await page.keyboard.press('Escape');
   await until(() => !document.querySelector('#cell-menu').open);
   await both('elements of pressure', 'pressure', {mouse: () => page.selectOption('#pressure', '*'), key: async () => { await page.selectOption('#pressure', ''); await until(() => takt.cell.pressed.size === 0); await page.locator('#pressure').focus(); await page.keyboard.press('a'); }, shows: () => until(() => takt.cell.pressed.size > 0)});
-  // The scale of pressures has its unit.
-  await until(() => /^0 to (\d+ [kM]?Pa$|the largest of each pair)/.test(document.querySelector('#pressure-scale span').textContent) && !document.querySelector('#pressure-scale').hidden);
+  // The legend names the largest pressure of each pair, with its unit.
+  await until(() => !document.querySelector('#pressures').hidden && /: [\d.]+ [kM]?Pa, \d+ elements/.test(document.querySelector('#pressures').textContent));
   await page.selectOption('#pressure', '');
   await key('n');
   await listed();
