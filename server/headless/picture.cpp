@@ -61,9 +61,12 @@ Drawing draw(const CellDescription& cell, const RobotShapes& robots, const Snaps
              const std::optional<PictureView>& view) {
   Drawing drawing;
   auto& [scene, camera] = drawing;
+  double floor = 0.0;  // at z = 0, or below what stands there
   for (std::size_t i = 0; i < cell.components.size(); ++i) {
     if (snapshot.components[i].state == PartState::parked) continue;
     render::Mesh mesh = component_mesh(cell.components[i], snapshot.components[i]);
+    if (cell.components[i].stands())
+      for (const Vec3& vertex : mesh.vertices) floor = std::min(floor, (mesh.X_WB * vertex).z());
     render::add_edges(scene, mesh, kFeatureAngle_rad, {0.15, 0.15, 0.17}, 1.0);
     render::smooth(mesh, kFeatureAngle_rad);
     scene.meshes.push_back(std::move(mesh));
@@ -90,17 +93,6 @@ Drawing draw(const CellDescription& cell, const RobotShapes& robots, const Snaps
     camera.target_W = view->target_W;
   }
   const double size = extent.empty() ? 0.0 : (extent.upper - extent.lower).norm();
-  // The floor is at z = 0, or below what stands there.
-  double floor = 0.0;
-  for (std::size_t i = 0; i < cell.components.size(); ++i) {
-    if (!cell.components[i].stands()) continue;
-    const Pose X_WB = Pose::from_quaternion(snapshot.components[i].p_WB, snapshot.components[i].q_WB);
-    for (std::size_t v = 0; v + 2 < cell.components[i].mesh->vertices.size(); v += 3)
-      floor = std::min(
-          floor, (X_WB * Vec3(cell.components[i].mesh->vertices[v], cell.components[i].mesh->vertices[v + 1],
-                              cell.components[i].mesh->vertices[v + 2]))
-                     .z());
-  }
   render::add_floor(scene, Vec3(camera.target_W.x(), camera.target_W.y(), floor),
                     std::max(4.0, 0.5 * std::ceil(4.0 * size)), 0.25);
   return drawing;

@@ -369,7 +369,8 @@ bool PolygonalContact::accept(const RelativeMotion& motion) {
       const auto e = static_cast<std::size_t>(element);
       const Vec3 x_T = motion.X_TB * m.base.point(e);
       while (spring != m.springs.end() && spring->element < element) ++spring;
-      ContactSpring kept{element, x_T};
+      // Where the spring is relaxed; nothing where its anchor stays, with its bits.
+      std::optional<Vec3> relaxed_T;
       if (spring != m.springs.end() && spring->element == element) {
         const Vec3 n_T = -(motion.X_TB.R * Vec3(m.rows[R::kNx][i], m.rows[R::kNy][i], m.rows[R::kNz][i]));
         const Vec3 stretch =
@@ -377,18 +378,12 @@ bool PolygonalContact::accept(const RelativeMotion& motion) {
         const double tangential = (stretch - stretch.dot(n_T) * n_T).norm();
         const double force = m.law.tangential_stiffness_Pa_per_m * m.rows[R::kArea][i] * tangential;
         const double limit = m.law.friction * normal_force;
-        // Unchanged bits where it holds.
-        if (!(force > limit)) {
-          kept.anchor_T = spring->anchor_T;
-        } else {
-          kept.anchor_T = x_T - limit / force * (stretch - stretch.dot(n_T) * n_T);
-          if (motion.surface_moves) kept.anchor_T = X_ST * kept.anchor_T;
-        }
+        if (force > limit) relaxed_T = x_T - limit / force * (stretch - stretch.dot(n_T) * n_T);
       } else {
-        kept.anchor_T -= motion.X_TB.R * m.first_stretch(i, sliding_B.at(m.base.point(e)));
-        if (motion.surface_moves) kept.anchor_T = X_ST * kept.anchor_T;
+        relaxed_T = x_T - motion.X_TB.R * m.first_stretch(i, sliding_B.at(m.base.point(e)));
       }
-      m.next_springs.push_back(kept);
+      if (relaxed_T && motion.surface_moves) relaxed_T = X_ST * *relaxed_T;
+      m.next_springs.push_back({element, relaxed_T ? *relaxed_T : spring->anchor_T});
     }
   }
   m.springs.swap(m.next_springs);
