@@ -8,6 +8,7 @@
 #include <CLI/CLI.hpp>
 #include <atomic>
 #include <cerrno>
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
@@ -31,6 +32,7 @@
 #include "server/geometry/convex/decomposition_cache.h"
 #include "server/headless/progress.h"
 #include "server/runtime/host/cell_host.h"
+#include "server/runtime/host/end_deadline.h"
 #include "server/runtime/host/supervisor.h"
 #include "server/runtime/recording/session_store.h"
 #include "server/simulation/step/simulation.h"
@@ -224,14 +226,39 @@ const char* reason(const std::exception& error) {
   return "there is not enough memory; a limit on the address space (ulimit -v) may be too low.";
 }
 
+takt::ParticipantOptions participant_options(const Arguments& arguments, takt::CellHost& host) {
+  takt::ParticipantOptions options{std::string(takt::kServerParticipant) + arguments.cell, arguments.domain,
+                                   arguments.profiles, arguments.profile, arguments.secure};
+  options.on_stalled = [&host, again = arguments.supervised] {
+    std::fprintf(
+        stderr,
+        "takt-server: Fast DDS has stopped to process discovery: clients that come now do not find the "
+        "cell. %s\n",
+        again ? "The server starts again."
+              : "Start the server again; with --supervised "
+                "it does so by itself.");
+    if (again) {
+      std::fflush(nullptr);
+      ::_exit(takt::kCrashed);
+    }
+    host.outbound().events.post(takt::events::DiscoveryStalled{});
+  };
+  return options;
+}
+
+/// Fast DDS may not return: then the cell has ended all the same, with what it records.
+void stop(takt::CellHost& host, takt::DdsAdapter& adapter) {
+  host.stop();
+  const takt::EndDeadline deadline(
+      std::chrono::seconds(10), "takt-server: Fast DDS does not end; the process ends without it.", kFailed);
+  adapter.stop();
+}
+
 /// Runs until a signal or the loop itself ends it.
 int serve(const Arguments& arguments, const sigset_t& signals, const std::string& crash) {
   std::optional<takt::Progress> progress;
   takt::CellHost host(host_options(arguments, progress));
-  takt::DdsAdapter adapter(host,
-                           {std::string(takt::kServerParticipant) + arguments.cell, arguments.domain,
-                            arguments.profiles, arguments.profile, arguments.secure},
-                           arguments.namespaced_clock_and_tf);
+  takt::DdsAdapter adapter(host, participant_options(arguments, host), arguments.namespaced_clock_and_tf);
   const pthread_t main_thread = pthread_self();
   std::atomic<bool> ended_itself{false};
   host.set_on_quit([main_thread, &ended_itself] {
@@ -256,8 +283,7 @@ int serve(const Arguments& arguments, const sigset_t& signals, const std::string
     if (!open_until_signal(open, host, signals, ended_itself)) {
       progress.reset();
       std::printf("takt-server: cell '%s' ended before its scenario was read\n", arguments.cell.c_str());
-      host.stop();
-      adapter.stop();
+      stop(host, adapter);
       return 0;
     }
   } catch (const std::exception& error) {
@@ -276,8 +302,7 @@ int serve(const Arguments& arguments, const sigset_t& signals, const std::string
     int number = 0;
     sigwait(&signals, &number);
   }
-  host.stop();
-  adapter.stop();
+  stop(host, adapter);
   const takt::Simulation* simulation = host.simulation();
   if (simulation == nullptr) {
     std::printf("takt-server: cell '%s' ended without a scenario\n", arguments.cell.c_str());

@@ -67,6 +67,7 @@ Participant::Participant(const ParticipantOptions& options, DiscoveryListener& l
     // Requests and trajectories come in fragments when they are long, but not beyond the guard's 1 MiB.
     guard_ = guard_transports(qos, options.domain, !secure_directory.empty());
     guard_->follow(listener);
+    guard_->set_on_stalled(options.on_stalled);
   }
   // The participant's listener hears of discovery only; the data goes to the listeners of the readers.
   participant_ = dds::DomainParticipantFactory::get_instance()->create_participant(

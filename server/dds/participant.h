@@ -32,6 +32,8 @@ struct ParticipantOptions {
   bool guard = true;
   /// Called last with the QoS, ahead of the guard's insertion: tests observe transports with it.
   std::function<void(dds::DomainParticipantQos&)> prepare = {};
+  /// PacketGuard::set_on_stalled().
+  std::function<void()> on_stalled = {};
 };
 
 /// Waits a little until the present readers have received what was written: ahead of the end of the writer.

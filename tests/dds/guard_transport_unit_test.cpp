@@ -116,5 +116,41 @@ TEST_F(GuardThreads, SamplesDoNotWaitForDiscovery) {
   other.join();
 }
 
+/// A deadlock in Fast DDS.
+TEST(GuardStall, APacketThatFastDdsKeepsIsReported) {
+  PacketGuard guard({}, std::chrono::milliseconds(20));
+  std::promise<void> reported;
+  std::atomic<int> count{0};
+  guard.set_on_stalled([&] {
+    if (++count == 1) reported.set_value();
+  });
+  const PacketGuard::Discovery kept(guard);
+  EXPECT_EQ(reported.get_future().wait_for(std::chrono::seconds(60)), std::future_status::ready);
+  EXPECT_EQ(count, 1);
+}
+
+TEST(StallDetector, ReportsACallOnceThatOutlastsTheTicks) {
+  StallDetector detector(3);
+  const auto reports = [&](int ticks) {
+    int count = 0;
+    for (int i = 0; i < ticks; ++i) count += detector.tick() ? 1 : 0;
+    return count;
+  };
+  EXPECT_EQ(reports(20), 0);  // nothing is called
+  for (int call = 0; call < 10; ++call) {
+    detector.begin();
+    EXPECT_EQ(reports(4), 0);  // the first one meets the call at any time after its begin
+    detector.end();
+    EXPECT_EQ(reports(1), 0);
+  }
+  detector.begin();
+  EXPECT_EQ(reports(5), 1);
+  EXPECT_EQ(reports(20), 0);
+  detector.end();
+  detector.begin();  // the next one, without a tick between
+  EXPECT_EQ(reports(4), 0);
+  EXPECT_EQ(reports(1), 1);
+}
+
 }  // namespace
 }  // namespace takt

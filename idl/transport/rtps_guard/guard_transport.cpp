@@ -158,8 +158,8 @@ class GuardTransport final : public ChainedTransport {
     if (guard_->quarantined() || guard_->stale().sent({data, size}) || is_foreign(remote)) return;
     thread_local PacketCopy copy;
     const std::span<std::uint8_t> packet = copy.take({data, size}, guard_->limits().largest_sample_bytes);
-    const std::unique_lock one_at_a_time =
-        speaks_of_discovery(packet) ? std::unique_lock(guard_->discovery()) : std::unique_lock<std::mutex>();
+    std::optional<PacketGuard::Discovery> one_at_a_time;
+    if (speaks_of_discovery(packet)) one_at_a_time.emplace(*guard_);
     const PacketReport report =
         clean_packet(packet, guard_->limits(), &guard_->memory(), now_s(), origin_of(local, remote));
     // Announcements from a further socket of a participant are usual, and come from the first one too.
@@ -170,7 +170,7 @@ class GuardTransport final : public ChainedTransport {
     const auto deliver = [&](std::span<std::uint8_t> bytes) {
       next->OnDataReceived(bytes.data(), static_cast<std::uint32_t>(bytes.size()), local, remote);
     };
-    if (one_at_a_time.owns_lock()) make_places(deliver);
+    if (one_at_a_time) make_places(deliver);
     if (!report.fragments) return deliver(packet.first(report.size));
     copy.clear_behind(report.size);
     deliver(packet.first(guard_->fragments().take(packet.first(report.size), deliver)));

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -18,6 +19,7 @@
 #include "idl/transport/rtps_guard/rtps_guard.h"
 #include "idl/transport/rtps_guard/rtps_packet_memory.h"
 #include "idl/transport/rtps_guard/stale_participants.h"
+#include "idl/transport/rtps_guard/stall_detector.h"
 #include "idl/transport/rtps_guard/suspend_detector.h"
 
 namespace takt {
@@ -28,7 +30,16 @@ class PacketGuard : public std::enable_shared_from_this<PacketGuard> {
   /// `lease`: silence after which participants drop each other; std::nullopt: never.
   PacketGuard(const GuardLimits& limits, std::optional<std::chrono::nanoseconds> lease)
       : limits_(limits), fragments_(limits.largest_sample_bytes, limits.most_fragments_joined) {
-    if (lease) suspend_.emplace(*lease, [this] { stale_.suspended(); });
+    if (lease)
+      suspend_.emplace(
+          *lease, [this] { stale_.suspended(); }, [this] { tick(); });
+  }
+
+  /// `on_stalled` runs in a thread of the guard when Fast DDS has kept a packet of discovery for two leases: it does not
+  /// give it back. Set it ahead of the participant's construction.
+  void set_on_stalled(std::function<void()> on_stalled) {
+    const std::lock_guard lock(stalled_mutex_);
+    on_stalled_ = std::move(on_stalled);
   }
 
   /// Follows the participants that DDS knows and drops. Call it ahead of the participant's construction; the
@@ -56,7 +67,17 @@ class PacketGuard : public std::enable_shared_from_this<PacketGuard> {
   /// transport, would otherwise pass two at a time: one would use an endpoint that the other removes, and the
   /// stored state would contradict the announcements (an assertion of 2.9.1 then ends the process). Locked
   /// ahead of all locks of DDS, never while one is held.
-  std::mutex& discovery() { return discovery_; }
+  class Discovery {
+   public:
+    explicit Discovery(PacketGuard& guard) : guard_(guard), lock_(guard.discovery_) { guard_.stall_.begin(); }
+    ~Discovery() { guard_.stall_.end(); }
+    Discovery(const Discovery&) = delete;
+    Discovery& operator=(const Discovery&) = delete;
+
+   private:
+    PacketGuard& guard_;
+    const std::lock_guard<std::mutex> lock_;
+  };
   FragmentAssembly& fragments() { return fragments_; }
   /// Of the packets with samples, from this machine. Closed with transports of a profile.
   UdpReceiver& receiver() { return receiver_; }
@@ -87,14 +108,23 @@ class PacketGuard : public std::enable_shared_from_this<PacketGuard> {
 
  private:
   void follow(const rtps::GuidPrefix_t& participant, DiscoveryListener::Presence presence);
+  void tick() {
+    if (!stall_.tick()) return;
+    const std::lock_guard lock(stalled_mutex_);
+    if (on_stalled_) on_stalled_();
+  }
 
+  static constexpr int kLongestCall_ticks = 20;  ///< two leases
   const GuardLimits limits_;
   mutable RtpsSessionState memory_;
   std::mutex discovery_;
+  StallDetector stall_{kLongestCall_ticks};
+  std::mutex stalled_mutex_;
+  std::function<void()> on_stalled_;  // guarded by stalled_mutex_
   FragmentAssembly fragments_;
   mutable LivelinessTracker heard_;
   StaleParticipants stale_;
-  std::optional<SuspendWatchdog> suspend_;  // its thread uses stale_
+  std::optional<SuspendWatchdog> suspend_;  // its thread uses the above
   std::array<std::atomic<std::uint64_t>, kRtpsErrorCount> counts_{};
   std::atomic<bool> begun_{false};
   std::mutex begin_mutex_;

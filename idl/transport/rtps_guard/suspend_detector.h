@@ -68,12 +68,14 @@ class SuspendDetector {
   std::atomic<int> ticks_to_come_{0};          ///< until packets are accepted again
 };
 
-/// The same with a thread that generates the ticks.
+/// The same with a thread that generates the ticks, ten in a lease.
 class SuspendWatchdog {
  public:
   using Clock = std::chrono::steady_clock;
-  SuspendWatchdog(std::chrono::nanoseconds lease, std::function<void()> on_suspended)
+  SuspendWatchdog(std::chrono::nanoseconds lease, std::function<void()> on_suspended,
+                  std::function<void()> on_tick)
       : suspend_(lease.count(), now_ns(), std::move(on_suspended)),
+        on_tick_(std::move(on_tick)),
         thread_([this, period = lease / 10] { run(period); }) {}
   ~SuspendWatchdog() {
     {
@@ -99,10 +101,14 @@ class SuspendWatchdog {
   }
   void run(std::chrono::nanoseconds period) {
     std::unique_lock lock(mutex_);
-    while (!ended_.wait_for(lock, period, [this] { return over_; })) suspend_.tick(now_ns());
+    while (!ended_.wait_for(lock, period, [this] { return over_; })) {
+      suspend_.tick(now_ns());
+      on_tick_();
+    }
   }
 
   SuspendDetector suspend_;
+  const std::function<void()> on_tick_;
   std::mutex mutex_;
   std::condition_variable ended_;
   bool over_ = false;
