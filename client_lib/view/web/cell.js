@@ -5,9 +5,9 @@ import {ColladaLoader} from 'three/addons/loaders/ColladaLoader.js';
 import {OBJLoader} from 'three/addons/loaders/OBJLoader.js';
 import {RoomEnvironment} from 'three/addons/environments/RoomEnvironment.js';
 import {STLLoader} from 'three/addons/loaders/STLLoader.js';
-import {toCreasedNormals} from 'three/addons/utils/BufferGeometryUtils.js';
 import URDFLoader from 'urdf-loader';
 import {breakEdges} from './broken_edges.js';
+import {creasedNormals} from './creased_normals.js';
 import {Heat} from './heat.js';
 import {FORCES, PRESSURE, Scale} from './scales.js';
 import {ComponentType, JointType, PartState, nameOf} from './messages.js';
@@ -71,6 +71,22 @@ class Arrow extends THREE.Group {
     this.tip.scale.setScalar(tip / 0.04);
     this.tip.position.y = length - 0.5 * tip;
   }
+}
+
+function curved({attributes: {position: {array}}, index: {array: triangles}}) {
+  const {position, normal, index} = creasedNormals(array, triangles, CREASE), made = new THREE.BufferGeometry();
+  made.setAttribute('position', new THREE.BufferAttribute(position, 3));
+  made.setAttribute('normal', new THREE.BufferAttribute(normal, 3));
+  return made.setIndex(new THREE.BufferAttribute(index, 1));
+}
+
+// THREE.EdgesGeometry takes points within 1e-4 for one: here that is a millionth of the mesh.
+function edgesOf(geometry) {
+  geometry.computeBoundingSphere();
+  const unit = 100 / (geometry.boundingSphere.radius || 1), scaled = geometry.clone().scale(unit, unit, unit);
+  const edges = new THREE.EdgesGeometry(scaled, THREE.MathUtils.radToDeg(CREASE)).scale(1 / unit, 1 / unit, 1 / unit);
+  scaled.dispose();
+  return edges;
 }
 
 export class Cell {
@@ -195,7 +211,7 @@ export class Cell {
       const geometry = new THREE.BufferGeometry();
       geometry.setAttribute('position', new THREE.BufferAttribute(Float32Array.from(component.vertices), 3));
       geometry.setIndex(new THREE.BufferAttribute(Uint32Array.from(component.triangles), 1));
-      const drawn = component.triangles.length / 3 <= MOST_EDGES ? toCreasedNormals(geometry, CREASE) : geometry.toNonIndexed();
+      const drawn = component.triangles.length / 3 <= MOST_EDGES ? curved(geometry) : geometry.toNonIndexed();
       if (!drawn.attributes.normal) drawn.computeVertexNormals();
       const [r, g, b] = component.color.length >= 3 ? component.color : [0.7, 0.7, 0.7];
       const own = new THREE.Color().setRGB(r, g, b, THREE.SRGBColorSpace);
@@ -205,7 +221,7 @@ export class Cell {
       mesh.castShadow = mesh.receiveShadow = true;
       let edges = null;
       if (component.triangles.length / 3 <= MOST_EDGES) {
-        edges = new THREE.LineSegments(new THREE.EdgesGeometry(geometry, THREE.MathUtils.radToDeg(CREASE)), new THREE.LineBasicMaterial({color: this.dark ? 0x0c0f12 : 0x2a323a, transparent: true, opacity: 0.55}));
+        edges = new THREE.LineSegments(edgesOf(geometry), new THREE.LineBasicMaterial({color: this.dark ? 0x0c0f12 : 0x2a323a, transparent: true, opacity: 0.55}));
         edges.visible = this.options.edges;
         edges.raycast = () => {};
         mesh.add(edges);
