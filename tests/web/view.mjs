@@ -131,6 +131,7 @@ await page.fill('#signal', 'Robot1/joint_states.velocity.elbow_joint');
 await page.click('#add-plot');
 await page.click('#play');
 await until(() => takt.plots.numbers('Robot1/joint_states.velocity.elbow_joint').x.length > 20);
+await page.click('#pause');  // a page that draws all the time leaves no time for another
 
 stage('observer');
 // An observer looks, and cannot touch.
