@@ -48,8 +48,15 @@ int ClientOptions::default_domain() {
   return static_cast<int>(value);
 }
 
-Client::Client(ClientOptions options) : impl_(std::make_unique<Impl>(std::move(options))) {
-  impl_->connect();
+// With lost packets Fast DDS 2.9.1 may lose the announcements of a server's endpoints for good; a new participant gets them.
+Client::Client(ClientOptions options) {
+  const auto deadline = Impl::deadline_after(options.timeout);
+  Clock::duration patience = std::chrono::seconds(8);
+  for (bool connected = false; !connected; patience *= 2) {
+    impl_.reset();  // ahead of the next one: a participant is a place in the domain
+    impl_ = std::make_unique<Impl>(options);
+    connected = impl_->connect(deadline, patience);
+  }
 }
 Client::~Client() = default;
 

@@ -2,8 +2,11 @@
 
 #include <unistd.h>
 
+#include <algorithm>
+#include <optional>
 #include <random>
 
+#include "idl/transport/fastdds/server_participant.h"
 #include "ros2_msgs.h"
 #include "takt_msgs.h"
 
@@ -29,7 +32,7 @@ Client::Impl::Impl(ClientOptions given)
   changed.receive_with(link.receiver());
 }
 
-void Client::Impl::connect() {
+bool Client::Impl::connect(Clock::time_point deadline, Clock::duration patience) {
   const auto listen = [&]<typename Type>(const Topic<Type>& topic,
                                          typename client::ReaderListener<Type>::OnMatch on_match = {}) {
     return &make_reader(topic, topic.name(options.cell), std::move(on_match));
@@ -50,11 +53,21 @@ void Client::Impl::connect() {
   description = listen(topics::description);
 
   std::unique_lock lock(mutex);
-  const auto deadline = deadline_after(options.timeout);
+  const std::string participant = std::string(kServerParticipant) + options.cell;
+  std::optional<Clock::time_point> present_since;
   for (;;) {
-    if (cell && status->newest() != nullptr) return;
-    if (Clock::now() >= deadline) break;
-    changed.wait_until(lock, deadline);
+    if (cell && status->newest() != nullptr) return true;
+    const auto now = Clock::now();
+    if (now >= deadline) break;
+    const auto present = watch.participants();
+    if (std::find(present.begin(), present.end(), participant) == present.end())
+      present_since.reset();
+    else if (!present_since)
+      present_since = now;
+    else if (now - *present_since > patience)
+      return false;
+    constexpr std::chrono::seconds kLook{1};
+    changed.wait_until(lock, std::min<Clock::time_point>(deadline, now + kLook));
   }
   lock.unlock();
 

@@ -74,7 +74,8 @@ struct Client::Impl {
     int incompatible_policy = 0;
   };
 
-  void connect();
+  /// Throws at the deadline; false when the server's participant was there for `patience`, and did not answer.
+  bool connect(Clock::time_point deadline, Clock::duration patience);
   /// The reader of a topic, made on first use: a client that does not ask is spared its samples. Throws ClientError
   /// as Client::wait_for does.
   Reader& reader_of(const TopicInfo& topic, const std::string& element);
