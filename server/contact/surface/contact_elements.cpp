@@ -7,6 +7,7 @@
 namespace takt {
 namespace {
 
+using simd4::Transform;
 using simd4::V4;
 using simd4::V4x3;
 using Rows = ElementRows;
@@ -90,34 +91,60 @@ TAKT_LANE_INLINE void choose(const Mask& first, const Friction& a, Friction& b) 
   b.ktt = first ? a.ktt : b.ktt, b.ctt = first ? a.ctt : b.ctt;
 }
 
-/// Four elements from `i` on. `s0`, `sw`: velocity of the Target's surface (kBelt).
+/// Of four elements: (2.18) to (2.20).
+struct Normal {
+  V4x3 p, n, v;
+  V4 area, u, rate, s, s3, ramp, pressure, fn;
+  double hardness = 0.0, linear_m = 0.0;
+};
+
+TAKT_LANE_INLINE void normal_forces(const ContactLaw& law, const V4x3& v0, const V4x3& w,
+                                    const ElementRows& rows, std::size_t i, Normal& to) {
+  const V4 zero{};
+  simd4::load(rows[Rows::kPx] + i, rows[Rows::kPy] + i, rows[Rows::kPz] + i, to.p);
+  simd4::load(rows[Rows::kNx] + i, rows[Rows::kNy] + i, rows[Rows::kNz] + i, to.n);
+  simd4::load(rows[Rows::kArea] + i, to.area);
+  simd4::load(rows[Rows::kDepth] + i, to.u);
+  simd4::cross(w, to.p, to.v);
+  to.v.x += v0.x, to.v.y += v0.y, to.v.z += v0.z;
+  simd4::dot(to.n, to.v, to.rate);
+  const bool hardens = std::isfinite(law.linear_depth_m);
+  to.linear_m = hardens ? law.linear_depth_m : 0.0;
+  const double over_linear = hardens ? 1.0 / to.linear_m : 0.0, over_depth = 1.0 / law.damping_depth_m;
+  to.hardness = hardens ? ContactLaw::kHardening * law.stiffness_Pa_per_m : 0.0;
+  to.s = to.u > law.linear_depth_m ? to.u * over_linear - 1.0 : zero;
+  to.s3 = to.s * to.s * to.s;
+  to.ramp = to.u >= law.damping_depth_m ? zero + 1.0 : to.u * over_depth;
+  const V4 raw = law.stiffness_Pa_per_m * to.u + (to.hardness * to.linear_m) * (to.s3 * to.s) +
+                 law.areal_damping_N_s_per_m3 * to.ramp * to.rate;
+  to.pressure = raw > 0.0 && to.area > 0.0 ? raw : zero;
+  to.fn = to.area * to.pressure;
+}
+
+/// As Pose * Vec3 does it.
+TAKT_LANE_INLINE void place(const Transform& X, const V4x3& a, V4x3& to) {
+  to.x = X.R[0][0] * a.x + X.R[0][1] * a.y + X.R[0][2] * a.z + X.p[0];
+  to.y = X.R[1][0] * a.x + X.R[1][1] * a.y + X.R[1][2] * a.z + X.p[1];
+  to.z = X.R[2][0] * a.x + (X.R[2][1] * a.y + X.R[2][2] * a.z) + X.p[2];
+}
+
+TAKT_LANE_INLINE void load_anchors(const ElementRows& rows, std::size_t i, V4x3& to) {
+  simd4::load(rows[Rows::kAx] + i, rows[Rows::kAy] + i, rows[Rows::kAz] + i, to);
+}
+
+/// Four elements from `i` on. `s0`, `sw`: velocity of the Target's surface (kBelt). `X_BA`: frame of the anchors (kStick).
 template <bool kStick, ElementDetail kDetail, bool kBelt>
 TAKT_LANE_INLINE void four_forces(const ContactLaw& law, const V4x3& v0, const V4x3& w, const V4x3& s0,
-                                  const V4x3& sw, ElementRows& rows, std::size_t i, Sums& sums) {
+                                  const V4x3& sw, const Transform& X_BA, ElementRows& rows, std::size_t i,
+                                  Sums& sums) {
   const V4 zero{};
-  V4x3 p, n, v;
-  V4 area, u;
-  simd4::load(rows[Rows::kPx] + i, rows[Rows::kPy] + i, rows[Rows::kPz] + i, p);
-  simd4::load(rows[Rows::kNx] + i, rows[Rows::kNy] + i, rows[Rows::kNz] + i, n);
-  simd4::load(rows[Rows::kArea] + i, area);
-  simd4::load(rows[Rows::kDepth] + i, u);
-  simd4::cross(w, p, v);
-  v.x += v0.x, v.y += v0.y, v.z += v0.z;
-  V4 rate;
-  simd4::dot(n, v, rate);
-  // (2.18) to (2.20)
-  const double over_depth = 1.0 / law.damping_depth_m;
-  const bool hardens = std::isfinite(law.linear_depth_m);
-  const double linear_m = hardens ? law.linear_depth_m : 0.0, over_linear = hardens ? 1.0 / linear_m : 0.0,
-               hardness = hardens ? ContactLaw::kHardening * law.stiffness_Pa_per_m : 0.0;
-  const V4 s = u > law.linear_depth_m ? u * over_linear - 1.0 : zero;
-  const V4 s3 = s * s * s;
-  const V4 ramp = u >= law.damping_depth_m ? zero + 1.0 : u * over_depth;
-  const V4 raw = law.stiffness_Pa_per_m * u + (hardness * linear_m) * (s3 * s) +
-                 law.areal_damping_N_s_per_m3 * ramp * rate;
-  const auto on = raw > 0.0 && area > 0.0;
-  const V4 pressure = on ? raw : zero;
-  const V4 fn = area * pressure;
+  Normal normal;
+  normal_forces(law, v0, w, rows, i, normal);
+  const V4x3 &p = normal.p, &n = normal.n, &v = normal.v;
+  const V4 &area = normal.area, &u = normal.u, &rate = normal.rate, &s = normal.s, &s3 = normal.s3,
+           &ramp = normal.ramp, &pressure = normal.pressure, &fn = normal.fn;
+  const double hardness = normal.hardness, linear_m = normal.linear_m;
+  const auto on = pressure > 0.0;
   const V4 limit = law.friction * fn;
   V4x3 vt{v.x - rate * n.x, v.y - rate * n.y, v.z - rate * n.z};
   if constexpr (kBelt) {
@@ -134,9 +161,11 @@ TAKT_LANE_INLINE void four_forces(const ContactLaw& law, const V4x3& v0, const V
 
   Friction friction;
   if constexpr (kStick) {
-    V4x3 x;
+    V4x3 anchor, x;
     V4 tied;
-    simd4::load(rows[Rows::kXx] + i, rows[Rows::kXy] + i, rows[Rows::kXz] + i, x);
+    load_anchors(rows, i, anchor);
+    place(X_BA, anchor, x);
+    x.x = p.x - x.x, x.y = p.y - x.y, x.z = p.z - x.z;
     simd4::load(rows[Rows::kTied] + i, tied);
     stick_friction<kDetail>(law, area, n, x, limit, vt, speed, on, friction);
     if (simd4::total(tied) < 4.0) {
@@ -168,7 +197,9 @@ TAKT_LANE_INLINE void four_forces(const ContactLaw& law, const V4x3& v0, const V
     V4 k = (law.stiffness_Pa_per_m + 4.0 * hardness * s3) * area;
     const V4 c = law.areal_damping_N_s_per_m3 * ramp * area;
     if constexpr (kDetail == ElementDetail::tangent)
-      k += u >= law.damping_depth_m ? zero : area * (law.areal_damping_N_s_per_m3 * rate * over_depth);
+      k += u >= law.damping_depth_m
+               ? zero
+               : area * (law.areal_damping_N_s_per_m3 * rate * (1.0 / law.damping_depth_m));
     simd4::store(on ? k : zero, rows[Rows::kKn] + i);
     simd4::store(on ? c : zero, rows[Rows::kCn] + i);
     simd4::store(friction.kt, rows[Rows::kKt] + i);
@@ -189,7 +220,7 @@ TAKT_LANE_INLINE void four_forces(const ContactLaw& law, const V4x3& v0, const V
 
 template <bool kStick, ElementDetail kDetail, bool kBelt>
 TAKT_LANE_INLINE void all_forces(const ContactLaw& law, const Twist& V_B, const Twist& surface_B,
-                                 ElementRows& rows, ElementTotals& totals) {
+                                 const Transform& X_BA, ElementRows& rows, ElementTotals& totals) {
   const V4 zero{};
   const V4x3 v0{zero + V_B.v.x(), zero + V_B.v.y(), zero + V_B.v.z()};
   const V4x3 w{zero + V_B.w.x(), zero + V_B.w.y(), zero + V_B.w.z()};
@@ -197,7 +228,7 @@ TAKT_LANE_INLINE void all_forces(const ContactLaw& law, const Twist& V_B, const 
   const V4x3 sw{zero + surface_B.w.x(), zero + surface_B.w.y(), zero + surface_B.w.z()};
   Sums sums;
   for (std::size_t i = 0; i < rows.padded(); i += 4)
-    four_forces<kStick, kDetail, kBelt>(law, v0, w, s0, sw, rows, i, sums);
+    four_forces<kStick, kDetail, kBelt>(law, v0, w, s0, sw, X_BA, rows, i, sums);
   totals.f_B = {simd4::total(sums.fx), simd4::total(sums.fy), simd4::total(sums.fz)};
   totals.t_B = {simd4::total(sums.tx), simd4::total(sums.ty), simd4::total(sums.tz)};
   totals.weighted_p_B = {simd4::total(sums.wx), simd4::total(sums.wy), simd4::total(sums.wz)};
@@ -211,10 +242,10 @@ TAKT_LANE_INLINE void all_forces(const ContactLaw& law, const Twist& V_B, const 
 }
 
 // One function per variant: the compiler makes clones of functions, not of templates.
-#define TAKT_ELEMENT_FORCES(name, stick, detail, belt)                                          \
-  TAKT_LANE_VARIANTS void name(const ContactLaw& law, const Twist& V_B, const Twist& surface_B, \
-                               ElementRows& rows, ElementTotals& totals) {                      \
-    all_forces<stick, ElementDetail::detail, belt>(law, V_B, surface_B, rows, totals);          \
+#define TAKT_ELEMENT_FORCES(name, stick, detail, belt)                                            \
+  TAKT_LANE_VARIANTS void name(const ContactLaw& law, const Twist& V_B, const Twist& surface_B,   \
+                               const Transform& X_BA, ElementRows& rows, ElementTotals& totals) { \
+    all_forces<stick, ElementDetail::detail, belt>(law, V_B, surface_B, X_BA, rows, totals);      \
   }
 TAKT_ELEMENT_FORCES(regularised_forces, false, forces, false)
 TAKT_ELEMENT_FORCES(regularised_secant, false, secant, false)
@@ -230,8 +261,8 @@ TAKT_ELEMENT_FORCES(stick_belt_secant, true, secant, true)
 TAKT_ELEMENT_FORCES(stick_belt_tangent, true, tangent, true)
 #undef TAKT_ELEMENT_FORCES
 
-using ForcesOfElements = void (*)(const ContactLaw&, const Twist&, const Twist&, ElementRows&,
-                                  ElementTotals&);
+using ForcesOfElements = void (*)(const ContactLaw&, const Twist&, const Twist&, const Transform&,
+                                  ElementRows&, ElementTotals&);
 /// By belt, friction law, detail.
 constexpr ForcesOfElements kForcesOfElements[2][2][3] = {
     {{regularised_forces, regularised_secant, regularised_tangent},
@@ -245,6 +276,7 @@ void ElementRows::resize(std::size_t count) {
   count_ = count;
   padded_ = (count + 3) / 4 * 4;
   if (padded_ > stride_) {
+    ++losses_;
     stride_ = padded_ + padded_ / 2 + 16;
     data_.assign(kRows * stride_, 0.0);
   }
@@ -254,13 +286,84 @@ void ElementRows::resize(std::size_t count) {
 }
 
 ElementTotals element_forces(const ContactLaw& law, const Twist& V_B, ElementDetail detail, ElementRows& rows,
-                             const Twist* surface_B) {
+                             const Pose& X_BA, const Twist* surface_B) {
   ElementTotals totals;
   const std::size_t stick = law.friction_law == FrictionLaw::stick ? 1 : 0,
                     belt = surface_B != nullptr ? 1 : 0;
   kForcesOfElements[belt][stick][static_cast<std::size_t>(detail)](
-      law, V_B, surface_B != nullptr ? *surface_B : Twist{}, rows, totals);
+      law, V_B, surface_B != nullptr ? *surface_B : Twist{}, Transform(X_BA), rows, totals);
   return totals;
+}
+
+TAKT_LANE_VARIANTS void element_normal_forces(const ContactLaw& law, const Twist& V_B, ElementRows& rows) {
+  const V4 zero{};
+  const V4x3 v0{zero + V_B.v.x(), zero + V_B.v.y(), zero + V_B.v.z()};
+  const V4x3 w{zero + V_B.w.x(), zero + V_B.w.y(), zero + V_B.w.z()};
+  for (std::size_t i = 0; i < rows.padded(); i += 4) {
+    Normal normal;
+    normal_forces(law, v0, w, rows, i, normal);
+    simd4::store(normal.fn, rows[Rows::kForce] + i);
+  }
+}
+
+namespace {
+
+template <bool kMoves>
+TAKT_LANE_INLINE void slip_all(const ContactLaw& law, const Transform& X_TB, const Transform& X_TA,
+                               const Transform& X_AT, ElementRows& rows) {
+  for (std::size_t i = 0; i < rows.padded(); i += 4) {
+    V4x3 p, n, anchor, at, x, n_T;
+    V4 area, fn, tied;
+    simd4::load(rows[Rows::kTied] + i, tied);
+    if (simd4::largest(tied) == 0.0) continue;
+    simd4::load(rows[Rows::kPx] + i, rows[Rows::kPy] + i, rows[Rows::kPz] + i, p);
+    simd4::load(rows[Rows::kNx] + i, rows[Rows::kNy] + i, rows[Rows::kNz] + i, n);
+    simd4::load(rows[Rows::kArea] + i, area);
+    simd4::load(rows[Rows::kForce] + i, fn);
+    load_anchors(rows, i, anchor);
+    place(X_TB, p, x);
+    // As Mat3 * Vec3 does it.
+    n_T.x = -(X_TB.R[0][0] * n.x + X_TB.R[0][1] * n.y + X_TB.R[0][2] * n.z);
+    n_T.y = -(X_TB.R[1][0] * n.x + X_TB.R[1][1] * n.y + X_TB.R[1][2] * n.z);
+    n_T.z = -(X_TB.R[2][0] * n.x + (X_TB.R[2][1] * n.y + X_TB.R[2][2] * n.z));
+    if constexpr (kMoves)
+      place(X_TA, anchor, at);
+    else
+      at = anchor;
+    const V4x3 stretch{x.x - at.x, x.y - at.y, x.z - at.z};
+    V4 along, size;
+    simd4::dot(stretch, n_T, along);
+    const V4x3 q{stretch.x - along * n_T.x, stretch.y - along * n_T.y, stretch.z - along * n_T.z};
+    simd4::dot(q, q, size);
+    simd4::root(size, size);
+    const V4 force = law.tangential_stiffness_Pa_per_m * area * size, limit = law.friction * fn;
+    const auto slips = force > limit && tied > 0.0;
+    const V4 share = limit / force;
+    const V4x3 relaxed{x.x - share * q.x, x.y - share * q.y, x.z - share * q.z};
+    if constexpr (kMoves)
+      place(X_AT, relaxed, at);
+    else
+      at = relaxed;
+    choose(slips, at, anchor);
+    simd4::store(anchor.x, rows[Rows::kAx] + i), simd4::store(anchor.y, rows[Rows::kAy] + i),
+        simd4::store(anchor.z, rows[Rows::kAz] + i);
+  }
+}
+
+TAKT_LANE_VARIANTS void slip_resting(const ContactLaw& law, const Transform& X_TB, ElementRows& rows) {
+  slip_all<false>(law, X_TB, X_TB, X_TB, rows);
+}
+
+TAKT_LANE_VARIANTS void slip_moving(const ContactLaw& law, const Transform& X_TB, const Transform& X_TA,
+                                    const Transform& X_AT, ElementRows& rows) {
+  slip_all<true>(law, X_TB, X_TA, X_AT, rows);
+}
+
+}  // namespace
+
+void slip_anchors(const ContactLaw& law, const Pose& X_TB, ElementRows& rows, const Pose* X_TA) {
+  if (X_TA == nullptr) return slip_resting(law, Transform(X_TB), rows);
+  slip_moving(law, Transform(X_TB), Transform(*X_TA), Transform(X_TA->inverse()), rows);
 }
 
 TAKT_LANE_VARIANTS void plane_depths(const Vec3& normal, double offset, std::size_t count, const double* px,

@@ -33,9 +33,9 @@ class ElementRows {
     kNz,  ///< into the Target: gradient of the penetration with the centroid
     kArea,
     kDepth,  ///< penetration
-    kXx,
-    kXy,
-    kXz,        ///< stick: displacement from the relaxed state of the spring
+    kAx,
+    kAy,
+    kAz,        ///< stick: where the element is with its spring relaxed, in the frame of the anchors
     kTied,      ///< stick: 1 with a spring; 0: none yet, friction is regularised
     kForce,     ///< result: normal force
     kPressure,  ///< result: normal force per area
@@ -59,16 +59,17 @@ class ElementRows {
     kSz,
     kRows
   };
-  /// Room for `count` elements, padded to whole groups; old contents are lost.
+  /// Room for `count` elements, padded to whole groups. Old contents are lost where that changes losses().
   void resize(std::size_t count);
   std::size_t count() const { return count_; }
   std::size_t padded() const { return padded_; }
+  std::size_t losses() const { return losses_; }
   double* operator[](Row row) { return data_.data() + row * stride_; }
   const double* operator[](Row row) const { return data_.data() + row * stride_; }
 
  private:
   std::vector<double> data_;
-  std::size_t count_ = 0, padded_ = 0, stride_ = 0;
+  std::size_t count_ = 0, padded_ = 0, stride_ = 0, losses_ = 0;
 };
 
 enum class ElementDetail : std::uint8_t { forces, secant, tangent };
@@ -83,9 +84,17 @@ struct ElementTotals {
 };
 
 /// `V_B`: velocity of the Base relative to the Target at the origin of B, axes of B. `surface_B`: velocity of the material of the
-/// Target's surface relative to the Target, likewise, or nullptr if it rests; it acts on friction alone.
+/// Target's surface relative to the Target, likewise, or nullptr if it rests; it acts on friction alone. `X_BA`: frame of the
+/// anchors, for the stick law.
 ElementTotals element_forces(const ContactLaw& law, const Twist& V_B, ElementDetail detail, ElementRows& rows,
-                             const Twist* surface_B = nullptr);
+                             const Pose& X_BA, const Twist* surface_B = nullptr);
+
+/// The normal forces of element_forces() alone.
+void element_normal_forces(const ContactLaw& law, const Twist& V_B, ElementRows& rows);
+
+/// After either: anchors of springs that pull by more than friction allows follow to where they pull by that. `X_TA`: frame of
+/// the anchors, or nullptr if that is T.
+void slip_anchors(const ContactLaw& law, const Pose& X_TB, ElementRows& rows, const Pose* X_TA = nullptr);
 
 /// After element_forces with the same detail. `K`, `D` at the point of the Target that coincides with the
 /// origin of B, axes of B.

@@ -368,11 +368,8 @@ std::size_t ContactInteraction::pairs_among_counted() const {
 
 void ContactInteraction::note_peaks(const CellMotion& motion) {
   if (!watches_peaks_) return;
-  for (PairContact* const pair : visited()) {
-    const double least_N = pair->peak.update == updates_ ? pair->peak.result.normal_force_N : 0.0;
-    if (pair->result.elements > 0 && pair->result.normal_force_N > least_N)
-      pair->peak = {updates_, motion.time_s, body(motion, pair->target).X_WB, pair->result};
-  }
+  for (PairContact* const pair : visited())
+    pair->note_peak(updates_, motion.time_s, body(motion, pair->target).X_WB);
 }
 
 void ContactInteraction::accept(const CellMotion& motion) {

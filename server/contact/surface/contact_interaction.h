@@ -125,7 +125,8 @@ class ContactInteraction {
   int heaviest_on(int component, const CellMotion& motion);
   /// All pairs with pressure; allocates if their number exceeds all earlier ones.
   void read(const CellMotion& motion, std::vector<ContactSample>& samples);
-  /// Of all pairs that have pressed since the last update(), here or at a point of note_peaks(), the largest normal forces.
+  /// Of all pairs that have pressed since the last update(), the largest normal forces: here, at a point of note_peaks(), or
+  /// between such points (ForceHistory), where forces and pressure are those of the point before in proportion.
   void read_peaks(const CellMotion& motion, std::vector<ContactPeak>& peaks);
   std::vector<ElementPressure> pressures(std::size_t pair, const CellMotion& motion);
   /// The components that this component pushes along a direction (of length 1) at this motion, ascending: the

@@ -16,6 +16,22 @@ auto place_of(std::vector<PairContact*>& kept, std::size_t number) {
 
 }  // namespace
 
+void PairContact::note_peak(std::uint64_t update, double time_s, const Pose& X_WT) {
+  peak.history.add(time_s, result.normal_force_N);
+  const std::optional<ForceHistory::Vertex> vertex = peak.history.vertex();
+  if (vertex && peak.time_s == peak.history.middle_time_s()) {
+    const double larger = vertex->force_N / peak.result.normal_force_N;
+    peak.update = update, peak.time_s = vertex->time_s;
+    peak.result.F_B_T.f *= larger, peak.result.F_B_T.t *= larger;
+    for (double* value :
+         {&peak.result.normal_force_N, &peak.result.friction_force_N, &peak.result.largest_pressure_Pa})
+      *value *= larger;
+  }
+  const double least_N = peak.update == update ? peak.result.normal_force_N : 0.0;
+  if (result.elements > 0 && result.normal_force_N > least_N)
+    peak = {update, time_s, X_WT, result, peak.history};
+}
+
 ContactPool::ContactPool(const ContactModel& model, std::size_t component_count)
     : model_(model), most_kept_(kFirst + kKeptPerComponent * component_count) {
   for (const ContactPairKind& kind : model.pairs.kinds())
@@ -63,6 +79,7 @@ PairContact& ContactPool::take(std::size_t number, int base, int target) {
 
 void ContactPool::give_back(PairContact& pair) {
   pair.still = pair.frozen = false;
+  pair.peak.history.forget();
   pair.contact.release();
   if (!pair.contact.has_search() && pair.contact.springs().empty()) {
     drop(pair);

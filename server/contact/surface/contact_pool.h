@@ -12,6 +12,7 @@
 
 #include "plant_models/plant_model.h"
 #include "server/contact/surface/contact_model.h"
+#include "server/contact/surface/force_history.h"
 #include "server/contact/surface/polygonal_contact.h"
 
 namespace takt {
@@ -34,6 +35,8 @@ struct PairContact {
     known = frozen = false;
     peak = {};
   }
+  /// Notes the last result as one at an accepted point, since the update with this number.
+  void note_peak(std::uint64_t update, double time_s, const Pose& X_WT);
   /// Keeps the peak and from which the patch that is held follows, for a step that may be taken again.
   void keep() {
     kept_peak = peak;
@@ -68,12 +71,14 @@ struct PairContact {
   bool kept_holds = false;
   HeldFrom kept_from;
   ContactResult result;
-  // The largest normal force at an accepted point since the update with this number.
+  // The largest normal force since the update with this number, at an accepted point or between two. Not saved: after a
+  // restart four points pass before one between two is found.
   struct Peak {
     std::uint64_t update = 0;
     double time_s = 0.0;
     Pose X_WT{};
     ContactResult result;
+    ForceHistory history;
   } peak, kept_peak;
   std::uint64_t made = 0, skipped = 0, apart = 0;
   std::uint64_t given_back = 0;  ///< the order

@@ -34,11 +34,13 @@ void ContactInteraction::read_peaks(const CellMotion& motion, std::vector<Contac
   for (PairContact* const present : present_) {
     PairContact& pair = *present;
     look_at_pair(pair, motion);
+    const Pose& X_WT = body(motion, pair.target).X_WB;
+    if (watches_peaks_ && !pair.still) pair.note_peak(updates_, motion.time_s, X_WT);
     const PairContact::Peak& peak = pair.peak;
     if (peak.update == updates_ && peak.result.normal_force_N > pair.result.normal_force_N)
       peaks.push_back({peak.time_s, sample_of(pair, peak.result, peak.X_WT)});
     else if (pair.result.elements > 0)
-      peaks.push_back({motion.time_s, sample_of(pair, pair.result, body(motion, pair.target).X_WB)});
+      peaks.push_back({motion.time_s, sample_of(pair, pair.result, X_WT)});
   }
 }
 

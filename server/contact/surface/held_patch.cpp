@@ -9,28 +9,14 @@
 namespace takt {
 namespace {
 
+using simd4::Transform;
+using simd4::turn;
 using simd4::V4;
 using simd4::V4x3;
 using Rows = ElementRows;
 static_assert(HeldPatch::kLanes * sizeof(double) == sizeof(V4));
 
 constexpr HeldPatch::Plane kNothingBeside{};  // side 0
-
-struct Transform {
-  double R[3][3], p[3];
-  explicit Transform(const Pose& X) {
-    for (int i = 0; i < 3; ++i) {
-      p[i] = X.p[i];
-      for (int j = 0; j < 3; ++j) R[i][j] = X.R(i, j);
-    }
-  }
-};
-
-TAKT_LANE_INLINE void turn(const Transform& X, const V4x3& a, V4x3& to) {
-  to.x = X.R[0][0] * a.x + X.R[0][1] * a.y + X.R[0][2] * a.z;
-  to.y = X.R[1][0] * a.x + X.R[1][1] * a.y + X.R[1][2] * a.z;
-  to.z = X.R[2][0] * a.x + X.R[2][1] * a.y + X.R[2][2] * a.z;
-}
 
 TAKT_LANE_INLINE void load(const HeldPatch::Plane& plane, V4x3& normal, V4& offset) {
   simd4::load(plane.x.data(), plane.y.data(), plane.z.data(), normal);

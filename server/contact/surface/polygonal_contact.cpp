@@ -97,6 +97,10 @@ struct PolygonalContact::Impl {
   ElementRows rows;
   std::vector<std::int32_t> filled;  ///< elements in the rows
   std::vector<ContactSpring> springs, next_springs;
+  /// The rows have the anchors of these elements, as of this number of losses of rows.
+  std::vector<std::int32_t> anchored;
+  std::size_t anchored_losses = 0;
+  bool springs_changed = true;
   ContactCounts counts;
   HeldPatch patch;
   HeldMotion held;
@@ -130,12 +134,13 @@ struct PolygonalContact::Impl {
   bool boxes_apart(const Pose& X_TB) const;
   void start_holding(const HeldFrom& from);
   bool held_covers(const Pose& X_TB, double next_s, double share, double& at_s) const;
-  std::size_t find_elements(const RelativeMotion& motion, Twist& V_B);
+  std::size_t find_elements(const RelativeMotion& motion, const Pose& X_BT, Twist& V_B);
   /// element_forces() at this motion, after find_elements().
-  ElementTotals forces(const RelativeMotion& motion, const Twist& V_B, ElementDetail detail);
+  ElementTotals forces(const RelativeMotion& motion, const Pose& X_BT, const Twist& V_B,
+                       ElementDetail detail);
   void set_elements(std::span<const std::int32_t> elements);
   void fill_found();
-  void fill_springs(const Pose& X_BS);
+  void fill_anchors();
   Vec3 first_stretch(std::size_t row, const Vec3& v_B) const;
   void add_bends(ElementDetail detail, Mat6& K) const;
   bool evaluate(const RelativeMotion& motion, ElementDetail detail, ContactResult& result, Twist& V_B);
@@ -178,22 +183,23 @@ void PolygonalContact::Impl::fill_found() {
   std::copy(search->depths_m().begin(), search->depths_m().end(), rows[R::kDepth]);
 }
 
-/// `X_BS`: from the frame in which the springs are anchored.
-void PolygonalContact::Impl::fill_springs(const Pose& X_BS) {
+/// They stay in the rows as long as elements and springs are the same.
+void PolygonalContact::Impl::fill_anchors() {
   using R = ElementRows;
   if (law.friction_law != FrictionLaw::stick) return;
-  double *x = rows[R::kXx], *y = rows[R::kXy], *z = rows[R::kXz], *tied = rows[R::kTied];
+  if (!springs_changed && anchored_losses == rows.losses() && anchored == filled) return;
+  double *x = rows[R::kAx], *y = rows[R::kAy], *z = rows[R::kAz], *tied = rows[R::kTied];
   auto spring = springs.begin();
   for (std::size_t i = 0; i < filled.size(); ++i) {
     const std::int32_t element = filled[i];
     while (spring != springs.end() && spring->element < element) ++spring;
-    x[i] = y[i] = z[i] = tied[i] = 0.0;
-    if (spring == springs.end() || spring->element != element) continue;
-    tied[i] = 1.0;
-    const Vec3 anchor_B = X_BS * spring->anchor_T;
-    const auto e = static_cast<std::size_t>(element);
-    x[i] = base.px[e] - anchor_B.x(), y[i] = base.py[e] - anchor_B.y(), z[i] = base.pz[e] - anchor_B.z();
+    const bool is_tied = spring != springs.end() && spring->element == element;
+    const Vec3 anchor = is_tied ? spring->anchor_T : Vec3::Zero();
+    x[i] = anchor.x(), y[i] = anchor.y(), z[i] = anchor.z(), tied[i] = is_tied ? 1.0 : 0.0;
   }
+  anchored = filled;
+  anchored_losses = rows.losses();
+  springs_changed = false;
 }
 
 /// Where the closest point of the Target is on an edge or a vertex, the normal turns as the element moves
@@ -230,8 +236,8 @@ void PolygonalContact::Impl::find_in_field(const Pose& X_TB) {
 }
 
 /// Number of elements that penetrate or are held; their rows are filled.
-std::size_t PolygonalContact::Impl::find_elements(const RelativeMotion& motion, Twist& V_B) {
-  const Pose X_BT = motion.X_TB.inverse();
+std::size_t PolygonalContact::Impl::find_elements(const RelativeMotion& motion, const Pose& X_BT,
+                                                  Twist& V_B) {
   if (!(rows_known && same_numbers<12>(motion.X_TB, rows_at))) {
     rows_known = false;
     double at_s = 0.0;
@@ -253,17 +259,17 @@ std::size_t PolygonalContact::Impl::find_elements(const RelativeMotion& motion, 
     rows_known = true;
   }
   if (filled.empty()) return 0;
-  fill_springs(motion.surface_moves ? X_BT * motion.X_TS : X_BT);
+  fill_anchors();
   V_B.v = X_BT.R * motion.V_TB_T.v;
   V_B.w = X_BT.R * motion.V_TB_T.w;
   return filled.size();
 }
 
-ElementTotals PolygonalContact::Impl::forces(const RelativeMotion& motion, const Twist& V_B,
+ElementTotals PolygonalContact::Impl::forces(const RelativeMotion& motion, const Pose& X_BT, const Twist& V_B,
                                              ElementDetail detail) {
-  if (!motion.surface_moves) return element_forces(law, V_B, detail, rows);
+  if (!motion.surface_moves) return element_forces(law, V_B, detail, rows, X_BT);
   const Twist surface_B = surface_velocity(motion);
-  return element_forces(law, V_B, detail, rows, &surface_B);
+  return element_forces(law, V_B, detail, rows, X_BT * motion.X_TS, &surface_B);
 }
 
 /// Stretch of a new spring with which friction stays what it is: (2.21) at the velocity v relative to the Target's surface.
@@ -283,8 +289,9 @@ bool PolygonalContact::Impl::evaluate(const RelativeMotion& motion, ElementDetai
                                       ContactResult& result, Twist& V_B) {
   ++counts.evaluations;
   result = ContactResult{};
-  if (find_elements(motion, V_B) == 0) return false;
-  const ElementTotals totals = forces(motion, V_B, detail);
+  const Pose X_BT = motion.X_TB.inverse();
+  if (find_elements(motion, X_BT, V_B) == 0) return false;
+  const ElementTotals totals = forces(motion, X_BT, V_B, detail);
   result.elastic_energy_J = found ? found->elastic_energy_J(law) : totals.elastic_energy_J;
   result.elements = static_cast<int>(totals.elements);
   if (result.elements == 0) return false;
@@ -354,39 +361,29 @@ bool PolygonalContact::accept(const RelativeMotion& motion) {
   if (m.law.friction_law != FrictionLaw::stick) return false;
   m.next_springs.clear();
   Twist V_B;
-  if (m.find_elements(motion, V_B) > 0) {
-    m.forces(motion, V_B, ElementDetail::forces);
+  if (m.find_elements(motion, motion.X_TB.inverse(), V_B) > 0) {
+    element_normal_forces(m.law, V_B, m.rows);
+    slip_anchors(m.law, motion.X_TB, m.rows, motion.surface_moves ? &motion.X_TS : nullptr);
     const Pose X_ST = motion.X_TS.inverse();
     const Twist surface_B = motion.surface_moves ? surface_velocity(motion) : Twist{};
     const Twist sliding_B{V_B.v - surface_B.v, V_B.w - surface_B.w};
     using R = ElementRows;
-    const std::vector<std::int32_t>& hits = m.filled;
-    auto spring = m.springs.begin();
-    for (std::size_t i = 0; i < hits.size(); ++i) {
-      const double normal_force = m.rows[R::kForce][i];
-      if (!(normal_force > 0.0)) continue;
-      const std::int32_t element = hits[i];
-      const auto e = static_cast<std::size_t>(element);
-      const Vec3 x_T = motion.X_TB * m.base.point(e);
-      while (spring != m.springs.end() && spring->element < element) ++spring;
-      // Where the spring is relaxed; nothing where its anchor stays, with its bits.
-      std::optional<Vec3> relaxed_T;
-      if (spring != m.springs.end() && spring->element == element) {
-        const Vec3 n_T = -(motion.X_TB.R * Vec3(m.rows[R::kNx][i], m.rows[R::kNy][i], m.rows[R::kNz][i]));
-        const Vec3 stretch =
-            x_T - (motion.surface_moves ? Vec3(motion.X_TS * spring->anchor_T) : spring->anchor_T);
-        const double tangential = (stretch - stretch.dot(n_T) * n_T).norm();
-        const double force = m.law.tangential_stiffness_Pa_per_m * m.rows[R::kArea][i] * tangential;
-        const double limit = m.law.friction * normal_force;
-        if (force > limit) relaxed_T = x_T - limit / force * (stretch - stretch.dot(n_T) * n_T);
-      } else {
-        relaxed_T = x_T - motion.X_TB.R * m.first_stretch(i, sliding_B.at(m.base.point(e)));
+    const double *x = m.rows[R::kAx], *y = m.rows[R::kAy], *z = m.rows[R::kAz], *tied = m.rows[R::kTied];
+    for (std::size_t i = 0; i < m.filled.size(); ++i) {
+      if (!(m.rows[R::kForce][i] > 0.0)) continue;
+      ContactSpring& spring = m.next_springs.emplace_back();
+      spring.element = m.filled[i];
+      if (tied[i] > 0.0) {
+        spring.anchor_T = Vec3(x[i], y[i], z[i]);
+        continue;
       }
-      if (relaxed_T && motion.surface_moves) relaxed_T = X_ST * *relaxed_T;
-      m.next_springs.push_back({element, relaxed_T ? *relaxed_T : spring->anchor_T});
+      const Vec3 p = m.base.point(static_cast<std::size_t>(spring.element));
+      spring.anchor_T = motion.X_TB * p - motion.X_TB.R * m.first_stretch(i, sliding_B.at(p));
+      if (motion.surface_moves) spring.anchor_T = X_ST * spring.anchor_T;
     }
   }
   m.springs.swap(m.next_springs);
+  m.springs_changed = true;
   return !m.springs.empty();
 }
 
@@ -456,6 +453,7 @@ void PolygonalContact::release() {
 void PolygonalContact::reset() {
   impl_->holds = impl_->rows_known = false;
   impl_->springs.clear();
+  impl_->springs_changed = true;
   if (impl_->search) impl_->search->forget();
 }
 
@@ -469,13 +467,15 @@ std::span<const ContactSpring> PolygonalContact::springs() const {
 
 void PolygonalContact::restore(std::span<const double> kept) {
   impl_->springs = restore_springs(kept, impl_->base.element_count());
+  impl_->springs_changed = true;
 }
 
 std::vector<ElementPressure> PolygonalContact::pressures(const RelativeMotion& motion) {
   std::vector<ElementPressure> result;
   Twist V_B;
-  if (impl_->find_elements(motion, V_B) == 0) return result;
-  impl_->forces(motion, V_B, ElementDetail::forces);
+  const Pose X_BT = motion.X_TB.inverse();
+  if (impl_->find_elements(motion, X_BT, V_B) == 0) return result;
+  impl_->forces(motion, X_BT, V_B, ElementDetail::forces);
   const std::vector<std::int32_t>& hits = impl_->filled;
   using R = ElementRows;
   for (std::size_t i = 0; i < hits.size(); ++i) {

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "plant_models/spatial.h"
+
 // Variants for processors with wider registers, chosen at program start. They do not contract a * b + c
 // (-ffp-contract=off). Sanitizers do not support the dispatch.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
@@ -46,6 +48,22 @@ TAKT_LANE_INLINE void cross(const V4x3& a, const V4x3& b, V4x3& to) {
   to.x = a.y * b.z - a.z * b.y;
   to.y = a.z * b.x - a.x * b.z;
   to.z = a.x * b.y - a.y * b.x;
+}
+
+/// A Pose as numbers, each the same for all lanes.
+struct Transform {
+  double R[3][3], p[3];
+  explicit Transform(const Pose& X) {
+    for (int i = 0; i < 3; ++i) {
+      p[i] = X.p[i];
+      for (int j = 0; j < 3; ++j) R[i][j] = X.R(i, j);
+    }
+  }
+};
+TAKT_LANE_INLINE void turn(const Transform& X, const V4x3& a, V4x3& to) {
+  to.x = X.R[0][0] * a.x + X.R[0][1] * a.y + X.R[0][2] * a.z;
+  to.y = X.R[1][0] * a.x + X.R[1][1] * a.y + X.R[1][2] * a.z;
+  to.z = X.R[2][0] * a.x + X.R[2][1] * a.y + X.R[2][2] * a.z;
 }
 TAKT_LANE_INLINE void root(const V4& x, V4& to) {
   for (int i = 0; i < 4; ++i) to[i] = std::sqrt(x[i]);
