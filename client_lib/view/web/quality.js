@@ -65,7 +65,7 @@ export class Quality extends Measured {
 
   copy(scene, camera) {
     const {renderer, target} = this, {width, height} = renderer.domElement, gl = renderer.getContext();
-    target.setSize(width, height);
+    target.setSize(Math.max(width, 1), Math.max(height, 1));
     renderer.setRenderTarget(target);
     renderer.render(scene, camera);
     renderer.setRenderTarget(null);
