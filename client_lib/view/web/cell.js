@@ -528,7 +528,7 @@ export class Cell {
   get settled() { return !this.dirty && !this.later; }
 
   picture() {
-    this.renderer.render(this.scene, this.camera);
+    this.quality.draw(this.scene, this.camera, true);
     return new Promise((resolve) => this.canvas.toBlob(resolve, 'image/png'));
   }
 }
