@@ -62,8 +62,15 @@ const stand = (page) => page.evaluate(([width, height]) => {
   camera.updateProjectionMatrix();
 }, SIZE);
 const lookFrom = (page, at) => page.evaluate(({camera, target}) => { takt.cell.camera.position.fromArray(camera); takt.cell.orbit.target.fromArray(target); takt.cell.orbit.update(); }, at);
-// ms of processor time for each of BATCH frames, drawn until their pixels can be read: of a standing picture, of one whose state
-// came again, with all that follows, and of one whose shadows are drawn again too, as the page does once a second.
+// The page finds by itself whether its frames are slow here; those that move are drafts then.
+async function pace(page) {
+  await page.waitForFunction(() => { takt.cell.dirty = true; return takt.cell.quality.times.full.length >= 5; }, null, {timeout: 120000, polling: 300});
+  await page.waitForFunction(() => takt.cell.settled, null, {timeout: 300000, polling: 100});
+  return page.evaluate(() => takt.cell.quality.slow);
+}
+// ms of processor time for each of BATCH frames, drawn until their pixels can be read: of a standing picture, in full; of one whose
+// state came again, with all that follows, as the page draws what moves; and of one whose shadows are drawn again too, as the
+// page does once a second while what casts them moves.
 const BATCH = 6;
 async function frame(page, kind) {
   const pid = drawer(), begun = spent(pid);
@@ -71,8 +78,9 @@ async function frame(page, kind) {
     const {cell} = takt, gl = cell.renderer.getContext(), pixel = new Uint8Array(4);
     for (let n = 0; n < count; ++n) {
       if (again) { cell.show(takt.last.state); if (takt.last.contacts) cell.showContacts(takt.last.contacts); }
-      if (shadows) cell.shade();
-      cell.renderer.render(cell.scene, cell.camera);
+      if (shadows) { cell.cast = null; cell.shade(0); }
+      if (cell.quality) cell.quality.draw(cell.scene, cell.camera, !again || !cell.quality.slow);
+      else cell.renderer.render(cell.scene, cell.camera);
       gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
     }
   }, [kind !== 'still', kind === 'shaded', BATCH]);
@@ -82,12 +90,12 @@ const median = (values) => values.toSorted((a, b) => a - b)[Math.floor(values.le
 
 const other = pageOf(against);
 console.log(`frames of ${SIZE.join(' x ')} pixels, ms of processor time, median of ${frames} times ${BATCH}${other ? `; before: the page of ${against}` : ''}`);
-const columns = [['cell', 18], ['triangles', 10], ...(other ? [['before', 8], ['moving', 8]] : []), ['page', 8], ['moving', 8], ['with shadows', 12], ['mean of a second', 16], ...(other ? [['ratio', 6], ['of moving', 9]] : [])];
+const columns = [['cell', 18], ['triangles', 10], ...(other ? [['before', 8], ['moving', 8]] : []), ['standing', 8], ['moving', 8], ['drafts', 6], ['with shadows', 12], ['mean of a second', 16], ...(other ? [['of standing', 11], ['of moving', 9]] : [])];
 console.log(columns.map(([title, width]) => title.padStart(width)).join('  '));
 for (const cell of cells) {
   const running = await start('takt-server', [`${sources}/config/scenarios/${cell}.yaml`, '--cell', process.env.TAKT_CELL, '--paused']), {child, url} = await view();
   const pages = [await open(url), ...(other ? [await open(url, other)] : [])].filter(Boolean);
-  await pages[0].waitForFunction(() => takt.cell.settled, null, {timeout: 300000, polling: 100});
+  const slow = await pace(pages[0]);
   const at = await pages[0].evaluate(() => ({camera: takt.cell.camera.position.toArray(), target: takt.cell.orbit.target.toArray(), triangles: takt.last.description.components.reduce((sum, {triangles}) => sum + triangles.length / 3, 0)}));
   for (const page of pages) { await stand(page); await lookFrom(page, at); await frame(page, 'moving'); }
   const WAYS = ['still', 'moving', 'shaded'], times = pages.map(() => Object.fromEntries(WAYS.map((kind) => [kind, []])));
@@ -97,8 +105,8 @@ for (const cell of cells) {
   // A second of a cell that moves has one frame with shadows.
   const [now, before] = times.map(({still, moving, shaded}) => ({still: median(still), moving: median(moving), shaded: median(shaded)}));
   const mean = 1000 / Math.max(1 + (1000 - now.shaded) / now.moving, 1);
-  const numbers = [...(before ? [before.still, before.moving] : []), now.still, now.moving, now.shaded, mean].map((value) => value.toFixed(1));
-  const texts = [cell, String(at.triangles), ...numbers, ...(before ? [now.still / before.still, mean / before.moving].map((value) => value.toFixed(2)) : [])];
+  const numbers = [...(before ? [before.still, before.moving] : []), now.still, now.moving].map((value) => value.toFixed(1));
+  const texts = [cell, String(at.triangles), ...numbers, slow ? 'yes' : 'no', now.shaded.toFixed(1), mean.toFixed(1), ...(before ? [now.still / before.still, mean / before.moving].map((value) => value.toFixed(2)) : [])];
   console.log(texts.map((text, i) => text.padStart(columns[i][1])).join('  '));
   for (const page of pages) await page.context().close();
   await stop(child);

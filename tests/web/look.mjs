@@ -96,6 +96,53 @@ await page.keyboard.press('m');
 assert.ok(await page.locator('#aim').isHidden());
 await page.keyboard.press('Escape');
 
+stage('quality');
+// Pictures that follow each other are drafts where full ones are slow, and the last one is in full again, pixel for pixel; where
+// they are fast there is no draft. The same on a canvas that is multisampled itself, as with a graphics card.
+const sampling = (made) => made.addInitScript(() => {
+  const get = HTMLCanvasElement.prototype.getContext;
+  HTMLCanvasElement.prototype.getContext = function (kind, attributes) { return get.call(this, kind, kind === 'webgl2' ? {...attributes, antialias: true} : attributes); };
+});
+const sampled = await visit(browser, url, {width: 900, height: 560}, {prepare: sampling});
+for (const seen of [first, sampled]) {
+  assert.equal(await seen.ask(() => takt.cell.quality.sampled), seen === sampled);
+  await seen.until(() => takt.cell.settled);
+  await seen.ask(() => {
+    const {quality, canvas} = takt.cell, draw = quality.draw.bind(quality);
+    quality.take = () => {};
+    takt.drawn = [];
+    quality.draw = (scene, camera, full) => { takt.drawn.push(full); draw(scene, camera, full); if (!full) takt.draft = canvas.toDataURL('image/png').split(',')[1]; };
+  });
+  const whole = await seen.pixels();
+  for (const slow of [false, true]) {
+    await seen.ask((value) => {
+      takt.cell.quality.slow = value;
+      takt.drawn.length = 0;
+      return new Promise((done) => {
+        const go = () => { takt.cell.dirty = true; if (takt.drawn.length < 6) requestAnimationFrame(go); else done(); };
+        go();
+      });
+    }, slow);
+    await seen.until(() => takt.cell.settled);
+    const kinds = await seen.ask(() => takt.drawn);
+    assert.deepEqual(kinds.slice(1), slow ? [...kinds.slice(2).fill(false), true] : kinds.slice(1).fill(true));
+    assert.equal(await seen.pixels(), whole);
+  }
+  // Both have a picture, the same one but for the edges in it.
+  const {colours, apart} = await seen.ask(async (data) => {
+    const [full, draft] = await Promise.all([data, takt.draft].map(async (one) => {
+      const picture = await createImageBitmap(await (await fetch(`data:image/png;base64,${one}`)).blob()), context = new OffscreenCanvas(picture.width, picture.height).getContext('2d');
+      context.drawImage(picture, 0, 0);
+      return context.getImageData(0, 0, picture.width, picture.height).data;
+    }));
+    return {colours: [full, draft].map(({buffer}) => new Set(new Uint32Array(buffer)).size), apart: full.reduce((sum, value, i) => sum + Math.abs(value - draft[i]), 0) / full.length};
+  }, whole);
+  assert.ok(Math.min(...colours) > 100 && apart < 5, `${colours} colours, ${apart} of 255 apart`);
+  await seen.ask(() => { delete takt.cell.quality.draw; delete takt.cell.quality.take; takt.cell.quality.slow = false; });
+}
+assert.deepEqual(sampled.problems, []);
+await sampled.page.context().close();
+
 stage('the address');
 // A view that was turned is in it; one that fits the cell is not, so that another screen fits it too.
 const inAddress = (of) => of.evaluate(() => JSON.parse(decodeURIComponent(location.hash.slice(1))));

@@ -17,6 +17,10 @@ const {Signals, levelsOf} = await import(`${page}/signals.js`);
 const {TimeWindow} = await import(`${page}/time_window.js`);
 const {Scale, quantity, roundDown, roundUp, PRESSURE} = await import(`${page}/scales.js`);
 const {addressed} = await import(`${page}/address.js`);
+const {Measured} = await import(`${page}/quality.js`);
+const {cover, shadows} = await import(`${page}/shadows.js`);
+const {isSolid} = await import(`${page}/solid.js`);
+const THREE = await import(`${page}/node_modules/three/build/three.module.js`);
 // The same numbers in each run of the test (Park and Miller 1988).
 let seed = 1;
 const random = () => (seed = (48271 * seed) % 2147483647) / 2147483647;
@@ -130,6 +134,45 @@ for (let round = 0, last = 10; round < 5000; ++round) {
 }
 part.fit();
 assert.deepEqual([part.from, part.to], [part.first, part.last]);
+
+// --- quality: drafts where full pictures are slow, and none where they are fast, though some few are not
+const pace = new Measured(), slowOnes = (kind, ...times) => times.map((time) => { pace.take(kind, time); return pace.slow; });
+for (let n = 0; n < 2000; ++n) {  // one of three takes long, but never three of five
+  pace.take('full', n % 3 === 0 ? 400 : 1 + 48 * random());
+  assert.ok(!pace.slow, `full picture ${n}`);
+}
+assert.deepEqual(slowOnes('full', 60, 60, 60, 60, 60).at(-1), true);
+assert.deepEqual(slowOnes('draft', 30, 30, 30, 30, 30, 5, 30, 5, 30), Array(9).fill(true));
+assert.deepEqual(slowOnes('draft', 5), [false]);  // the processor is free again
+assert.deepEqual(slowOnes('full', 400, 400, 400, 400, 400), [false, false, false, false, true]);
+assert.deepEqual(slowOnes('full', 10, 10, 10), [true, true, false]);
+
+// --- solids: what has no hole and its inside behind its faces
+const shapes = [new THREE.BoxGeometry(1, 2, 3), new THREE.CylinderGeometry(1, 1, 2, 30), new THREE.SphereGeometry(0.01), new THREE.TorusGeometry(2, 0.3), new THREE.BoxGeometry().toNonIndexed()];
+assert.deepEqual(shapes.map(isSolid), shapes.map(() => true));
+const without = (shape, from, count) => { const {array} = shape.index; shape.setIndex([...array.slice(0, from), ...array.slice(from + count)]); return shape; };
+const turned = (shape, to) => { const {array} = shape.index; for (let i = 0; i < Math.min(to, array.length); i += 3) [array[i], array[i + 1]] = [array[i + 1], array[i]]; return shape; };
+const others = [new THREE.PlaneGeometry(), new THREE.CylinderGeometry(1, 1, 2, 30, 1, true), without(new THREE.BoxGeometry(), 6, 3), turned(new THREE.BoxGeometry(), 3), turned(new THREE.SphereGeometry(), Infinity), new THREE.BufferGeometry().setAttribute('position', new THREE.Float32BufferAttribute([], 3))];
+assert.deepEqual(others.map(isSolid), others.map(() => false));
+
+// --- shadows: of a cube of 1 m, from light at 2 : 1 along x, the floor has the outline; it is the same until the cube moves
+const world = new THREE.Group(), cube = new THREE.Mesh(new THREE.BoxGeometry(1, 1, 1), new THREE.MeshBasicMaterial()), floor = new THREE.Mesh(), sun = new THREE.DirectionalLight();
+cube.castShadow = true;
+cube.position.set(0.5, 0.5, 0.5);
+world.add(cube, new THREE.Mesh(new THREE.BoxGeometry(9, 9, 9)));
+sun.position.set(1, 0, 2);
+world.updateMatrixWorld();
+cover(floor, world, 0, sun, 0.01);
+floor.geometry.computeBoundingBox();
+assert.deepEqual([...floor.geometry.boundingBox.min.toArray(), ...floor.geometry.boundingBox.max.toArray()].map((value) => Number(value.toFixed(6))), [-0.51, -0.01, 0, 1.01, 1.01, 0]);
+const cast = shadows(world);
+assert.deepEqual(shadows(world), cast);
+for (const change of [() => { cube.position.x += 1e-6; }, () => { cube.rotation.z = 1e-6; }, () => { cube.visible = false; }, () => { cube.visible = true; cube.geometry = new THREE.BoxGeometry(1, 1, 2); }]) {
+  const before = shadows(world);
+  change();
+  world.updateMatrixWorld();
+  assert.notDeepEqual(shadows(world), before, String(change));
+}
 
 // --- scales: round ends with units that do not flicker
 assert.deepEqual([0.0012, 1, 1.01, 4.2, 7, 10, 150].map(roundUp), [0.002, 1, 2, 5, 10, 10, 200]);

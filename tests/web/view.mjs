@@ -96,7 +96,7 @@ assert.deepEqual((await page.locator('#pressures div').allTextContents()).map((r
 if (process.env.TAKT_SCREENSHOT) {  // of one Part from nearby, and no answer in front of it
   await ask(() => { takt.select({kind: 'component', name: 'P'}); takt.eye.fit('iso', takt.cell.chosen, false); });
   await until(() => !document.querySelector('#answer').classList.contains('shown'));
-  await ask(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+  await until(() => takt.cell.settled);
   await page.screenshot({path: process.env.TAKT_SCREENSHOT.replace('.png', '_pressures.png')});
   await ask(() => { takt.select(null); takt.eye.fit('iso', null, false); });
 }

@@ -9,7 +9,10 @@ import URDFLoader from 'urdf-loader';
 import {breakEdges} from './broken_edges.js';
 import {creasedNormals} from './creased_normals.js';
 import {Heat} from './heat.js';
+import {Quality, drawnByProcessor} from './quality.js';
 import {FORCES, PRESSURE, Scale} from './scales.js';
+import {cover, shadows} from './shadows.js';
+import {isSolid} from './solid.js';
 import {ComponentType, JointType, PartState, nameOf} from './messages.js';
 
 // Words and colours of Parts, by PartState.
@@ -22,6 +25,7 @@ const HEAT = 0.85;     // the same of its temperature, which can be read off a s
 const MOST_EDGES = 60000;  // triangles of a mesh whose edges are drawn, and that looks curved between them
 const CREASE = 0.5;        // rad; faces that meet at more have a drawn edge
 const SHADE_PERIOD = {hard: 40, soft: 1000};  // ms between two pictures of the shadows: with a graphics card, and drawn by the processor
+const STANDS = 250;  // ms without anything new to draw, after which the last picture is drawn in full
 const STATE = new THREE.Color();
 const UP = new THREE.Vector3(0, 1, 0);
 
@@ -94,7 +98,8 @@ export class Cell {
     this.canvas = canvas;
     this.options = {byState: true, byTemperature: false, byForce: false, forces: true, contacts: true, holding: true, edges: true, frames: false, metresPerNewton: 0.03, follow: ''};
     THREE.Object3D.DEFAULT_UP.set(0, 0, 1);
-    this.renderer = new THREE.WebGLRenderer({canvas, antialias: true, preserveDrawingBuffer: true});
+    this.soft = drawnByProcessor();
+    this.renderer = new THREE.WebGLRenderer({canvas, antialias: !this.soft, preserveDrawingBuffer: true});
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
     this.renderer.localClippingEnabled = true;
     this.scene = new THREE.Scene();
@@ -106,6 +111,7 @@ export class Cell {
     this.orbit.target.set(0, -0.1, 0.85);
     this.orbit.addEventListener('change', () => { this.dirty = true; });
     this.renderer.toneMapping = THREE.ACESFilmicToneMapping;
+    this.quality = new Quality(this.renderer);
     this.light();
     this.plane = new THREE.Plane(new THREE.Vector3(-1, 0, 0), 0);
     this.world = new THREE.Group();
@@ -124,8 +130,7 @@ export class Cell {
 
   // A room around, the sky, and a sun with shadows. Without a graphics card shadows are drawn rarely.
   light() {
-    const {renderer, scene} = this, info = renderer.getContext().getExtension('WEBGL_debug_renderer_info');
-    this.soft = /swiftshader|llvmpipe|software/i.test(info ? renderer.getContext().getParameter(info.UNMASKED_RENDERER_WEBGL) : '');
+    const {renderer, scene} = this;
     if (!this.soft) {
       const pmrem = new THREE.PMREMGenerator(renderer);
       scene.environment = pmrem.fromScene(new RoomEnvironment(), 0.04).texture;
@@ -140,7 +145,8 @@ export class Cell {
     renderer.shadowMap.enabled = true;
     renderer.shadowMap.type = this.soft ? THREE.BasicShadowMap : THREE.PCFSoftShadowMap;
     renderer.shadowMap.autoUpdate = false;
-    this.floor = new THREE.Mesh(new THREE.PlaneGeometry(1, 1), new THREE.ShadowMaterial({opacity: 0.22}));
+    this.floor = new THREE.Mesh(new THREE.BufferGeometry(), new THREE.ShadowMaterial({opacity: 0.22}));
+    this.floor.frustumCulled = false;
     this.floor.receiveShadow = true;
     scene.add(this.sky, this.sun, this.sun.target, this.floor);
     this.paint(false);
@@ -166,13 +172,11 @@ export class Cell {
     this.grid.rotation.x = Math.PI / 2;
     this.grid.position.copy(center);
     this.scene.add(this.grid);
-    this.floor.scale.setScalar(2 * half);
-    this.floor.position.copy(center).setZ(low - 0.002);
     this.sun.position.set(middle.x + 1.2 * radius, middle.y - 1.4 * radius, middle.z + 2.6 * radius);
     this.sun.target.position.copy(middle);
     Object.assign(this.sun.shadow.camera, {left: -1.5 * radius, right: 1.5 * radius, top: 1.5 * radius, bottom: -1.5 * radius, near: 0.1 * radius, far: 8 * radius});
     this.sun.shadow.camera.updateProjectionMatrix();
-    this.shaded = 0;
+    this.cast = null;
     this.dirty = true;
   }
 
@@ -216,6 +220,7 @@ export class Cell {
       const [r, g, b] = component.color.length >= 3 ? component.color : [0.7, 0.7, 0.7];
       const own = new THREE.Color().setRGB(r, g, b, THREE.SRGBColorSpace);
       const mesh = new THREE.Mesh(drawn, new THREE.MeshStandardMaterial({color: own, roughness: 0.6, metalness: 0.1, side: THREE.DoubleSide}));
+      this.turn(mesh);
       mesh.name = component.name;
       mesh.userData.chosen = grips.has(index) ? {kind: 'gripper', name: grips.get(index)} : {kind: 'component', name: component.name};
       mesh.castShadow = mesh.receiveShadow = true;
@@ -319,7 +324,16 @@ export class Cell {
       part.castShadow = part.receiveShadow = true;
       const [material] = [part.material].flat();
       part.material = new THREE.MeshStandardMaterial({color: material?.color ?? 0xb8c0c8, map: material?.map ?? null, vertexColors: Boolean(material?.vertexColors), roughness: 0.6, side: THREE.DoubleSide, clippingPlanes: planes});
+      this.turn(part);
     });
+  }
+
+  // Where the processor draws, backs that are never seen are left out: a section shows those of a solid.
+  turn(mesh) {
+    const {material, userData} = mesh;
+    if (!this.soft) return;
+    const side = !this.section && (userData.solid ??= isSolid(mesh.geometry)) ? THREE.FrontSide : THREE.DoubleSide;
+    if (material.side !== side) Object.assign(material, {side, shadowSide: side, needsUpdate: true});
   }
 
   // A mesh file that a URDF names, where takt view has it (--files); the link stays without it else.
@@ -466,7 +480,8 @@ export class Cell {
     this.plane.normal.set(axis === 'x' ? -1 : 0, axis === 'y' ? -1 : 0, axis === 'z' ? -1 : 0);
     this.plane.constant = this.cut;
     const planes = this.section ? [this.plane] : [];
-    this.world.traverse((part) => { if (part.isMesh || part.isLineSegments) Object.assign(part.material, {clippingPlanes: planes, clipShadows: true}); });
+    this.world.traverse((part) => { if (part.isMesh || part.isLineSegments) Object.assign(part.material, {clippingPlanes: planes, clipShadows: true}); if (part.castShadow) this.turn(part); });
+    this.cast = null;
     this.dirty = true;
   }
 
@@ -499,25 +514,36 @@ export class Cell {
       this.onSize?.();
     }
     this.eye?.step();
-    if (!this.dirty) return;  // nothing is drawn while nothing moves
+    if (!this.dirty) { this.rests ??= performance.now(); return; }  // nothing is drawn while nothing moves
     this.dirty = false;
     this.frames = (this.frames || 0) + 1;
     this.orbit.update();
-    const now = performance.now();
-    if (now - (this.shaded || -Infinity) >= SHADE_PERIOD[this.soft ? 'soft' : 'hard']) {
-      this.renderer.shadowMap.needsUpdate = true;
-      this.shaded = now;
-      clearTimeout(this.later), this.later = null;
-    } else clearTimeout(this.later), this.later = setTimeout(() => { this.later = null, this.dirty = true; }, SHADE_PERIOD.soft);
+    const now = performance.now(), follows = this.later || now - (this.rests ?? now) < STANDS, full = this.stands || !follows || !this.quality.slow;
+    const stale = this.shade(this.stands ? 0 : SHADE_PERIOD[this.soft ? 'soft' : 'hard']);
+    Object.assign(this, {rests: null, stands: false});
+    clearTimeout(this.later), this.later = null;
+    if (!full || stale) this.later = setTimeout(() => { if (!this.dirty) this.later = null, this.stands = this.dirty = true; }, full ? SHADE_PERIOD.soft : STANDS);
     this.onDraw?.();
-    this.renderer.render(this.scene, this.camera);
+    this.quality.draw(this.scene, this.camera, full);
   }
 
-  // The picture, with its shadows, is that of the present state.
+  // Shadows are drawn again where something that casts one has moved, once the last ones have this age; true: not yet.
+  shade(age) {
+    this.scene.updateMatrixWorld();
+    const cast = shadows(this.world), now = performance.now();
+    if (this.cast?.length === cast.length && cast.every((value, i) => value === this.cast[i])) return false;
+    if (this.cast && now - this.shaded < age) return true;
+    Object.assign(this, {cast, shaded: now});
+    this.renderer.shadowMap.needsUpdate = true;
+    cover(this.floor, this.world, this.low - 0.002, this.sun, 0.01 + 0.005 * this.radius);
+    return false;
+  }
+
+  // The picture, with its shadows, is that of the present state, in full.
   get settled() { return !this.dirty && !this.later; }
 
   picture() {
-    this.renderer.render(this.scene, this.camera);
+    this.quality.draw(this.scene, this.camera, true);
     return new Promise((resolve) => this.canvas.toBlob(resolve, 'image/png'));
   }
 }
