@@ -92,7 +92,8 @@ const cut = async (at) => {
 };
 const half = await cut(0), uncut = await cut(2), away = await cut(-2);
 assert.ok((await differing(half, whole)).part > 0.01);
-assert.equal((await differing(uncut, whole)).part, 0);
+// Where the processor draws, a section has the backs of solids too: pixels at outlines differ.
+assert.ok((await differing(uncut, whole)).part < 0.006);
 assert.ok((await differing(away, half)).part > 0.01);
 await page.selectOption('#section', '');
 assert.equal((await differing(await pixels(), whole)).part, 0);

@@ -332,7 +332,8 @@ export class Cell {
   turn(mesh) {
     const {material, userData} = mesh;
     if (!this.soft) return;
-    const side = !this.section && (userData.solid ??= isSolid(mesh.geometry)) ? THREE.FrontSide : THREE.DoubleSide;
+    userData.solid ??= isSolid(mesh.geometry);
+    const side = !this.section && userData.solid ? THREE.FrontSide : THREE.DoubleSide;
     if (material.side !== side) Object.assign(material, {side, shadowSide: side, needsUpdate: true});
   }
 
@@ -480,7 +481,7 @@ export class Cell {
     this.plane.normal.set(axis === 'x' ? -1 : 0, axis === 'y' ? -1 : 0, axis === 'z' ? -1 : 0);
     this.plane.constant = this.cut;
     const planes = this.section ? [this.plane] : [];
-    this.world.traverse((part) => { if (part.isMesh || part.isLineSegments) Object.assign(part.material, {clippingPlanes: planes, clipShadows: true}); if (part.castShadow) this.turn(part); });
+    this.world.traverse((part) => { if (part.isMesh || part.isLineSegments) Object.assign(part.material, {clippingPlanes: planes, clipShadows: true}); if (part.userData.solid) this.turn(part); });
     this.cast = null;
     this.dirty = true;
   }
