@@ -27,12 +27,12 @@
 #include "idl/command_line/package_folders.h"
 #include "idl/transport/fastdds/server_participant.h"
 #include "server/dds/dds_adapter.h"
+#include "server/dds/end_deadline.h"
 #include "server/dds/topic_names.h"
 #include "server/fmu/fmu_library.h"
 #include "server/geometry/convex/decomposition_cache.h"
 #include "server/headless/progress.h"
 #include "server/runtime/host/cell_host.h"
-#include "server/runtime/host/end_deadline.h"
 #include "server/runtime/host/supervisor.h"
 #include "server/runtime/recording/session_store.h"
 #include "server/simulation/step/simulation.h"
@@ -230,18 +230,10 @@ takt::ParticipantOptions participant_options(const Arguments& arguments, takt::C
   takt::ParticipantOptions options{std::string(takt::kServerParticipant) + arguments.cell, arguments.domain,
                                    arguments.profiles, arguments.profile, arguments.secure};
   options.on_stalled = [&host, again = arguments.supervised] {
-    std::fprintf(
-        stderr,
-        "takt-server: Fast DDS has stopped to process discovery: clients that come now do not find the "
-        "cell. %s\n",
-        again ? "The server starts again."
-              : "Start the server again; with --supervised "
-                "it does so by itself.");
-    if (again) {
-      std::fflush(nullptr);
-      ::_exit(takt::kCrashed);
-    }
-    host.outbound().events.post(takt::events::DiscoveryStalled{});
+    const std::string sentence = host.outbound().events.post(takt::events::DiscoveryStalled{});
+    std::fprintf(stderr, "takt-server: %s\n", sentence.c_str());
+    std::fflush(nullptr);
+    if (again) ::_exit(takt::kCrashed);
   };
   return options;
 }

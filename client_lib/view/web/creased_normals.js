@@ -7,7 +7,7 @@
 export function creasedNormals(positions, triangles, crease) {
   const corners = triangles.length, least = Math.cos(crease), points = new Int32Array(corners), known = new Map();
   for (let corner = 0; corner < corners; ++corner) {
-    const at = 3 * triangles[corner], key = `${positions[at] + 0},${positions[at + 1] + 0},${positions[at + 2] + 0}`;
+    const at = 3 * triangles[corner], key = `${positions[at]},${positions[at + 1]},${positions[at + 2]}`;
     let point = known.get(key);
     if (point === undefined) known.set(key, point = known.size);
     points[corner] = point;

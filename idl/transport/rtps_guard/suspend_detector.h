@@ -11,12 +11,12 @@
 // send it to the reader that asks for it later, which then never learns of some topics.
 #include <atomic>
 #include <chrono>
-#include <condition_variable>
 #include <cstdint>
 #include <functional>
-#include <mutex>
 #include <thread>
 #include <utility>
+
+#include "idl/transport/stoppable_sleep.h"
 
 namespace takt {
 
@@ -76,17 +76,12 @@ class SuspendWatchdog {
                   std::function<void()> on_tick)
       : suspend_(lease.count(), now_ns(), std::move(on_suspended)),
         on_tick_(std::move(on_tick)),
-        thread_([this, period = lease / 10] { run(period); }) {}
-  ~SuspendWatchdog() {
-    {
-      const std::lock_guard lock(mutex_);
-      over_ = true;
-    }
-    ended_.notify_all();
-    thread_.join();
-  }
-  SuspendWatchdog(const SuspendWatchdog&) = delete;
-  SuspendWatchdog& operator=(const SuspendWatchdog&) = delete;
+        thread_([this, period = lease / 10](const std::stop_token& stop) {
+          while (sleep_unless_stopped(stop, period)) {
+            suspend_.tick(now_ns());
+            on_tick_();
+          }
+        }) {}
 
   bool quarantined() { return suspend_.quarantined(now_ns()); }
   /// SuspendDetector::resumed_ns(); the epoch: never.
@@ -99,20 +94,10 @@ class SuspendWatchdog {
   static std::int64_t now_ns() {
     return std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now().time_since_epoch()).count();
   }
-  void run(std::chrono::nanoseconds period) {
-    std::unique_lock lock(mutex_);
-    while (!ended_.wait_for(lock, period, [this] { return over_; })) {
-      suspend_.tick(now_ns());
-      on_tick_();
-    }
-  }
 
   SuspendDetector suspend_;
   const std::function<void()> on_tick_;
-  std::mutex mutex_;
-  std::condition_variable ended_;
-  bool over_ = false;
-  std::thread thread_;  // last: it uses the rest
+  std::jthread thread_;  // last: it uses the rest
 };
 
 }  // namespace takt

@@ -121,11 +121,18 @@ TAKT_LANE_INLINE void normal_forces(const ContactLaw& law, const V4x3& v0, const
   to.fn = to.area * to.pressure;
 }
 
+/// As Mat3 * Vec3 does it.
+TAKT_LANE_INLINE void rotate(const Transform& X, const V4x3& a, V4x3& to) {
+  to.x = X.R[0][0] * a.x + X.R[0][1] * a.y + X.R[0][2] * a.z;
+  to.y = X.R[1][0] * a.x + X.R[1][1] * a.y + X.R[1][2] * a.z;
+  to.z = X.R[2][0] * a.x + (X.R[2][1] * a.y + X.R[2][2] * a.z);
+}
+
 /// As Pose * Vec3 does it.
 TAKT_LANE_INLINE void place(const Transform& X, const V4x3& a, V4x3& to) {
-  to.x = X.R[0][0] * a.x + X.R[0][1] * a.y + X.R[0][2] * a.z + X.p[0];
-  to.y = X.R[1][0] * a.x + X.R[1][1] * a.y + X.R[1][2] * a.z + X.p[1];
-  to.z = X.R[2][0] * a.x + (X.R[2][1] * a.y + X.R[2][2] * a.z) + X.p[2];
+  V4x3 turned;
+  rotate(X, a, turned);
+  to.x = turned.x + X.p[0], to.y = turned.y + X.p[1], to.z = turned.z + X.p[2];
 }
 
 TAKT_LANE_INLINE void load_anchors(const ElementRows& rows, std::size_t i, V4x3& to) {
@@ -322,10 +329,8 @@ TAKT_LANE_INLINE void slip_all(const ContactLaw& law, const Transform& X_TB, con
     simd4::load(rows[Rows::kForce] + i, fn);
     load_anchors(rows, i, anchor);
     place(X_TB, p, x);
-    // As Mat3 * Vec3 does it.
-    n_T.x = -(X_TB.R[0][0] * n.x + X_TB.R[0][1] * n.y + X_TB.R[0][2] * n.z);
-    n_T.y = -(X_TB.R[1][0] * n.x + X_TB.R[1][1] * n.y + X_TB.R[1][2] * n.z);
-    n_T.z = -(X_TB.R[2][0] * n.x + (X_TB.R[2][1] * n.y + X_TB.R[2][2] * n.z));
+    rotate(X_TB, n, n_T);
+    n_T.x = -n_T.x, n_T.y = -n_T.y, n_T.z = -n_T.z;
     if constexpr (kMoves)
       place(X_TA, anchor, at);
     else

@@ -1,5 +1,5 @@
 // A process that does not end by itself.
-#include "server/runtime/host/end_deadline.h"
+#include "server/dds/end_deadline.h"
 
 #include <gtest/gtest.h>
 
