@@ -89,6 +89,15 @@ class Forgery {
     return finished(
         Packet().submessage(0x06, 2, Wire().id(reader).id(writer).sequence(next).u32(0).u32(count)));
   }
+  /// A reader lacks these samples, at most 256.
+  PacketBytes request(std::uint32_t reader, std::uint32_t writer, std::int64_t first, std::uint32_t samples,
+                      std::uint32_t count = 1) const {
+    Wire body;
+    body.id(reader).id(writer).sequence(first).u32(samples);
+    for (std::uint32_t at = 0; at < samples; at += 32)
+      body.u32(samples - at >= 32 ? 0xffffffffU : ~(0xffffffffU >> (samples - at)));
+    return finished(Packet().submessage(0x06, 2, body.u32(count)));
+  }
   /// An announcement with an address without a listener.
   PacketBytes announcement(std::uint32_t lease_s, std::int64_t number = 1) const {
     Wire list;

@@ -8,6 +8,7 @@
 #include <ctime>
 #include <new>
 #include <span>
+#include <vector>
 
 #include "idl/transport/fastdds/host_local_udp.h"
 #include "idl/transport/rtps_guard/packet_cork.h"
@@ -109,6 +110,29 @@ std::array<std::uint8_t, 76> farewell_of(const ParticipantPlaces::Prefix& partic
   return packet;
 }
 
+/// The packet with which a reader of this participant acknowledges all samples of an own writer up to `last`. No later
+/// request of that reader counts.
+std::array<std::uint8_t, 48> last_acknowledgement(std::span<const std::uint8_t> participant,
+                                                  std::uint32_t reader, std::uint32_t writer,
+                                                  std::int64_t last) {
+  constexpr std::uint8_t final = 2;
+  std::array<std::uint8_t, 48> packet{'R', 'T', 'P', 'S', 2, 2, 1, 15};
+  std::size_t at = 8;
+  const auto put = [&](std::uint64_t value, int bytes) {
+    for (int i = bytes - 1; i >= 0; --i) packet[at++] = static_cast<std::uint8_t>(value >> (8 * i));
+  };
+  for (const std::uint8_t byte : participant.first(12)) put(byte, 1);
+  put(kAckNack, 1);
+  put(final, 1);  // big endian
+  put(24, 2);
+  put(reader, 4);
+  put(writer, 4);
+  put(static_cast<std::uint64_t>(last) + 1, 8);
+  put(0, 4);            // requests nothing
+  put(0xffffffffU, 4);  // count
+  return packet;
+}
+
 /// Ports of samples to one participant (RTPS 9.6.1.1): PB + DG * domain + d3 + PG * participant.
 struct SamplePorts {
   std::uint32_t first, distance, count;
@@ -160,6 +184,7 @@ class GuardTransport final : public ChainedTransport {
     const std::span<std::uint8_t> packet = copy.take({data, size}, guard_->limits().largest_sample_bytes);
     std::optional<PacketGuard::Discovery> one_at_a_time;
     if (speaks_of_discovery(packet)) one_at_a_time.emplace(*guard_);
+    if (one_at_a_time) say_held_farewells(next);
     const PacketReport report =
         clean_packet(packet, guard_->limits(), &guard_->memory(), now_s(), origin_of(local, remote));
     // Announcements from a further socket of a participant are usual, and come from the first one too.
@@ -171,6 +196,10 @@ class GuardTransport final : public ChainedTransport {
       next->OnDataReceived(bytes.data(), static_cast<std::uint32_t>(bytes.size()), local, remote);
     };
     if (one_at_a_time) make_places(deliver);
+    if (one_at_a_time && ends_participant(packet)) {
+      if (guard_->limits().encrypted) return hold_farewell(packet.first(report.size), next, local, remote);
+      acknowledge_all(packet.subspan(kSenderAt, 12), deliver);
+    }
     if (!report.fragments) return deliver(packet.first(report.size));
     copy.clear_behind(report.size);
     deliver(packet.first(guard_->fragments().take(packet.first(report.size), deliver)));
@@ -214,8 +243,42 @@ class GuardTransport final : public ChainedTransport {
   void make_places(const Deliver& deliver) {
     while (const auto one = guard_->memory().overdue_participant()) {
       auto farewell = farewell_of(one->participant, one->number);
+      acknowledge_all(one->participant, deliver);
       deliver(farewell);
     }
+  }
+  /// A participant that leaves acknowledges the announcements of endpoints first. Fast DDS 2.9.1 removes such an
+  /// announcement when no reader lacks it any more, and waits for the thread that repeats it: while it handles an
+  /// acknowledgement it holds nothing that this thread needs, while it drops a participant it does (decision 400).
+  template <typename Deliver>
+  void acknowledge_all(std::span<const std::uint8_t> participant, const Deliver& deliver) {
+    const auto acknowledge = [&](AnnouncedEndpoints kind, std::uint32_t reader, std::uint32_t writer) {
+      const std::int64_t last = guard_->memory().last_announcement(kind);
+      if (last == 0) return;
+      auto acknowledgement = last_acknowledgement(participant, reader, writer, last);
+      deliver(acknowledgement);
+    };
+    acknowledge(AnnouncedEndpoints::writers, kPublicationsReader, kPublicationsWriter);
+    acknowledge(AnnouncedEndpoints::readers, kSubscriptionsReader, kSubscriptionsWriter);
+  }
+  /// The same for encrypted announcements, whose numbers the guard cannot read: the farewell waits until Fast DDS has
+  /// repeated what the participant has requested, and comes ahead of a later packet of discovery. 2.9.1 repeats
+  /// announcements 0.1 ms after the request.
+  void hold_farewell(std::span<const std::uint8_t> packet, transports::TransportReceiverInterface* next,
+                     const rtps::Locator_t& local, const rtps::Locator_t& remote) {
+    constexpr std::chrono::milliseconds repeated_within{50};
+    held_farewells_.push_back(
+        {{packet.begin(), packet.end()}, next, local, remote, Clock::now() + repeated_within});
+  }
+  void say_held_farewells(transports::TransportReceiverInterface* next) {
+    if (held_farewells_.empty()) return;
+    const auto now = Clock::now();
+    std::erase_if(held_farewells_, [&](HeldFarewell& one) {
+      if (one.next != next || one.due > now) return false;
+      next->OnDataReceived(one.packet.data(), static_cast<std::uint32_t>(one.packet.size()), one.local,
+                           one.remote);
+      return true;
+    });
   }
   bool sending(std::span<const std::uint8_t> packet, rtps::SenderResource& sender,
                rtps::LocatorsIterator& begin, rtps::LocatorsIterator& end, const Pass& pass) override {
@@ -254,7 +317,16 @@ class GuardTransport final : public ChainedTransport {
   }
   static constexpr std::size_t kLargestJoined_bytes = 60000;  ///< below the largest datagram
 
+  using Clock = std::chrono::steady_clock;
+  struct HeldFarewell {
+    std::vector<std::uint8_t> packet;
+    transports::TransportReceiverInterface* next;
+    rtps::Locator_t local, remote;
+    Clock::time_point due;
+  };
+
   std::shared_ptr<PacketGuard> guard_;
+  std::vector<HeldFarewell> held_farewells_;  // guarded by PacketGuard::Discovery
   const SamplePorts ports_;
   std::optional<LocalAddresses> local_;
   std::uint32_t buffer_bytes_ = 0;

@@ -19,7 +19,6 @@ constexpr std::int64_t kLongestGap = std::int64_t{1} << 16U;
 /// Shorter fragments do not hold the list of missing ones that Fast DDS keeps inside them.
 constexpr std::uint16_t kShortestFragment = 8;
 
-constexpr std::size_t kSenderAt = 8;          ///< after magic, version and vendor
 constexpr std::size_t kStatisticsBytes = 60;  ///< of Fast DDS, at the end
 
 constexpr std::uint32_t kUnknownEntity = 0;
@@ -28,8 +27,7 @@ constexpr std::uint32_t kLivelinessWriter = 0x000200c2, kLivelinessSecureWriter 
 constexpr std::uint32_t kHandshakeWriter = 0x000201c3, kKeysWriter = 0xff0202c3;
 constexpr std::uint32_t kTypeRequestWriter = 0x000300c3, kTypeReplyWriter = 0x000301c3;
 constexpr std::uint32_t kTopicsWriter = 0x000002c2;
-constexpr std::uint32_t kPublicationsWriter = 0x000003c2, kPublicationsSecureWriter = 0xff0003c2;
-constexpr std::uint32_t kSubscriptionsWriter = 0x000004c2, kSubscriptionsSecureWriter = 0xff0004c2;
+constexpr std::uint32_t kPublicationsSecureWriter = 0xff0003c2, kSubscriptionsSecureWriter = 0xff0004c2;
 
 bool is_sequence_number(std::int64_t number) {
   return number > 0 && number <= kLargestSequenceNumber;

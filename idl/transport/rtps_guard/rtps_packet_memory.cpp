@@ -56,9 +56,31 @@ void RtpsSessionState::note(std::span<const std::uint8_t> packet) {
         const std::lock_guard lock(mutex_);
         sent_[slot(writer, number)] = {writer, (sample_bytes - 1) / fragment_bytes + 1, number};
       }
+    } else {
+      note_announcement(*submessage, packet.subspan(at, submessage->body_bytes));
     }
     at += submessage->body_bytes;
   }
+}
+
+void RtpsSessionState::note_announcement(const Submessage& submessage, std::span<const std::uint8_t> body) {
+  if (submessage.id != kData && submessage.id != kHeartbeat) return;
+  WireCursor cursor(body, submessage.big_endian());
+  cursor.skip(submessage.id == kData ? 8 : 4);
+  const std::uint32_t writer = cursor.entity_id();
+  if (writer != kPublicationsWriter && writer != kSubscriptionsWriter) return;
+  if (submessage.id == kHeartbeat) cursor.skip(8);  // the first number
+  const std::int64_t number = cursor.sequence_number();
+  if (!cursor.ok()) return;
+  const auto kind = writer == kPublicationsWriter ? AnnouncedEndpoints::writers : AnnouncedEndpoints::readers;
+  const std::lock_guard lock(mutex_);
+  std::int64_t& last = last_announcements_[static_cast<std::size_t>(kind)];
+  last = std::max(last, number);
+}
+
+std::int64_t RtpsSessionState::last_announcement(AnnouncedEndpoints kind) const {
+  const std::lock_guard lock(mutex_);
+  return last_announcements_[static_cast<std::size_t>(kind)];
 }
 
 std::uint32_t RtpsSessionState::count(std::uint32_t writer, std::int64_t sequence_number) const {

@@ -9,6 +9,7 @@
 #include "idl/transport/rtps_guard/lru_table.h"
 #include "idl/transport/rtps_guard/participant_places.h"
 #include "idl/transport/rtps_guard/rtps_guard.h"
+#include "idl/transport/rtps_guard/rtps_submessage.h"
 #include "idl/transport/rtps_guard/source_table.h"
 
 namespace takt {
@@ -25,6 +26,9 @@ struct EndpointTraits {
   std::uint64_t guid = 0, participant = 0, unchanging = 0;
 };
 
+/// What a builtin writer announces.
+enum class AnnouncedEndpoints : std::uint8_t { writers, readers };
+
 /// Seconds of a clock that is never set, coarse.
 std::uint32_t uptime_s();
 
@@ -36,6 +40,8 @@ class RtpsSessionState {
   // --- Own samples: distinguishes a request for the hundredth of three fragments from a valid one.
   /// Call it ahead of sending `packet`.
   void note(std::span<const std::uint8_t> packet);
+  /// The largest sequence number that this participant has sent for announcements of its endpoints; 0: none.
+  std::int64_t last_announcement(AnnouncedEndpoints kind) const;
   /// Number of fragments of that sample of that writer; 0: unknown.
   std::uint32_t count(std::uint32_t writer, std::int64_t sequence_number) const;
 
@@ -104,10 +110,12 @@ class RtpsSessionState {
   };
   static constexpr std::size_t kSent = 1024;
   static std::size_t slot(std::uint32_t writer, std::int64_t sequence_number);
+  void note_announcement(const Submessage& submessage, std::span<const std::uint8_t> body);
   void forget(std::uint64_t participant, std::uint32_t announced_until_s);
   const Clock_s now_s_;
   mutable std::mutex mutex_;  // guards all below
   std::array<Sent, kSent> sent_{};
+  std::array<std::int64_t, 2> last_announcements_{};  ///< of AnnouncedEndpoints
   LruTable<Writer, 1024> writers_;
   LruTable<Endpoint, 1024, 16> endpoints_;
   LruTable<Sender, 64, 16> participants_;  ///< known to DDS, at most 256

@@ -11,6 +11,7 @@
 namespace takt {
 
 constexpr std::size_t kRtpsHeaderBytes = 20, kSubmessageHeadBytes = 4;
+constexpr std::size_t kSenderAt = 8;  ///< GUID prefix, after magic, version and vendor
 
 enum SubmessageId : std::uint8_t {
   kPad = 0x01,
@@ -31,6 +32,10 @@ enum SubmessageId : std::uint8_t {
   kSecureRtpsPostfix = 0x34,
   kFastDdsStatistics = 0x80,
 };
+
+/// Builtin entities that announce the endpoints of a participant (RTPS 2.3, 9.3.1.3).
+constexpr std::uint32_t kPublicationsWriter = 0x000003c2, kPublicationsReader = 0x000003c7,
+                        kSubscriptionsWriter = 0x000004c2, kSubscriptionsReader = 0x000004c7;
 
 /// One submessage: its head, and how many bytes follow it.
 struct Submessage {
@@ -74,6 +79,23 @@ inline bool speaks_of_discovery(std::span<const std::uint8_t> packet) {
       if (data) cursor.skip(4);
       const std::uint32_t reader = cursor.entity_id(), writer = cursor.entity_id();
       if (cursor.ok() && (is_builtin(reader) || is_builtin(writer))) return true;
+    }
+    at += submessage->body_bytes;
+  }
+  return false;
+}
+
+/// Whether the packet has the farewell of its sender: data of the participants' writer without an announcement.
+inline bool ends_participant(std::span<const std::uint8_t> packet) {
+  constexpr std::uint32_t participant_writer = 0x000100c2;
+  constexpr std::uint8_t has_data = 4;
+  std::size_t at = kRtpsHeaderBytes;
+  while (const auto submessage = submessage_at(packet, at)) {
+    at += kSubmessageHeadBytes;
+    if (submessage->id == kData && (submessage->flags & has_data) == 0) {
+      WireCursor cursor(packet.subspan(at, submessage->body_bytes), submessage->big_endian());
+      cursor.skip(8);
+      if (cursor.entity_id() == participant_writer) return true;
     }
     at += submessage->body_bytes;
   }
