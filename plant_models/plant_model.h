@@ -28,12 +28,21 @@ struct BodyMotion {
   Vec3 p_WBcm = Vec3::Zero();  ///< centre of mass; wrenches on the body are taken about this point
 };
 
+/// Motion of the base R of a robot.
+struct BaseMotion {
+  Pose X_WR;
+  Twist V_WR;  ///< of the origin of R
+  Twist A_WR;  ///< acceleration of that origin and angular acceleration, in W
+  bool operator==(const BaseMotion& other) const = default;
+};
+
 /// Motion of one robot.
 struct ArmMotion {
   JointArray q{}, qd{};
   /// Torque of a device on each joint, in the sense of q (N m or N). A device writes it, one for each joint.
   JointArray applied{};
-  bool complete = false;  ///< all that follows has been written, and belongs to q and qd
+  BaseMotion base;
+  bool complete = false;  ///< all that follows has been written, and belongs to q, qd and the base
   ArmPoses poses;
   Pose X_WF;   ///< flange in the world
   Twist V_WF;  ///< of the flange origin
@@ -62,6 +71,8 @@ struct CellMotion {
   std::vector<ArmMotion> arms;            ///< by robot index
   std::vector<BodyHeat> heat;             ///< by component id
   std::vector<SurfaceMotion> surfaces{};  ///< by component id; empty in a cell without moving surfaces
+  /// Of the origins of Grounds, and angular, in W, by component id; empty in a cell without robots on Grounds.
+  std::vector<Twist> accelerations{};
   double time_s = 0.0;
 
   bool has_surface(int component) const {
@@ -71,6 +82,17 @@ struct CellMotion {
   const BodyMotion& carrier(int component) const {
     const auto c = static_cast<std::size_t>(component);
     return has_surface(component) ? surfaces[c].in_W : bodies[c];
+  }
+  /// The motion of a base at X_MR in the Ground M.
+  BaseMotion base_on(int ground, const Pose& X_MR) const {
+    const auto g = static_cast<std::size_t>(ground);
+    const BodyMotion& M = bodies[g];
+    const Twist& A = accelerations[g];
+    BaseMotion base{M.X_WB * X_MR, {}, {}};
+    const Vec3 r = base.X_WR.p - M.X_WB.p;
+    base.V_WR = {M.V_WB.at(r), M.V_WB.w};
+    base.A_WR = {A.at(r) + M.V_WB.w.cross(M.V_WB.w.cross(r)), A.w};
+    return base;
   }
 };
 

@@ -107,6 +107,9 @@ struct Controller::Impl {
     check_time(state);
     if (!started) start(source.read(StatePart::machines, 0));
     last_time_s = state.time;
+    for (RobotDriver& robot : robots)
+      if (robot.mounted_on() >= 0)
+        robot.set_base(source.read(StatePart::component, static_cast<std::size_t>(robot.mounted_on())));
     program->run(source);
     for (JointSetPoint& joints : output.joints) {
       try {

@@ -21,6 +21,10 @@ class RobotDriver {
   /// Stands at the given joint positions, one for each joint; ends any motion.
   void stand_at(std::span<const double> q);
 
+  /// Of a robot on a Ground: the base is where it is in this state.
+  void set_base(const takt_msgs::msg::CellState& state) { arm_.set_base(state); }
+  int mounted_on() const { return arm_.mounted_on(); }
+
   /// Throw MotionError.
   void move_joints(const JointArray& q, const JointMotionOptions& options, double now_s);
   void move_to(const Pose& X_WT, const JointMotionOptions& options, double now_s);

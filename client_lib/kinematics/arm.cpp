@@ -81,6 +81,11 @@ void require_period(double period_s) {
                       " is not allowed; it is the time from point to point, greater than 0");
 }
 
+Pose component_pose(const takt_msgs::msg::CellState& state, int component) {
+  const auto& found = state.components.at(static_cast<std::size_t>(component));
+  return Pose::from_quaternion(to_eigen(found.position), to_eigen(found.orientation));
+}
+
 }  // namespace
 
 Pose pose_of(const takt_msgs::msg::Transform& transform) {
@@ -99,6 +104,11 @@ ArmModel arm_model(const takt_msgs::msg::RobotDescription& robot) {
   return arm;
 }
 
+Pose base_pose(const takt_msgs::msg::RobotDescription& robot, const takt_msgs::msg::CellState& state) {
+  if (robot.mounted_on < 0) return pose_of(robot.base);
+  return component_pose(state, robot.mounted_on) * pose_of(robot.mount);
+}
+
 Arm::Arm(std::string name, const ArmModel& model, const Pose& X_WR, const Pose& X_FT)
     : name_(std::move(name)), model_(std::make_shared<const ArmModel>(model)), X_WR_(X_WR), X_FT_(X_FT) {}
 
@@ -108,10 +118,16 @@ Arm::Arm(const takt_msgs::msg::CellDescription& cell, std::string_view robot, st
   const auto& described = cell.robots[static_cast<std::size_t>(index)];
   model_ = std::make_shared<const ArmModel>(arm_model(described));
   X_WR_ = pose_of(described.base);
+  mounted_on_ = described.mounted_on;
+  X_MR_ = pose_of(described.mount);
   if (gripper.empty()) return;
   const auto& tool = cell.grippers[static_cast<std::size_t>(index_of(cell.grippers, gripper, "gripper"))];
   if (tool.robot != index) throw NameError("Gripper '" + tool.name + "' is not on robot '" + name_ + "'.");
   X_FT_ = pose_of(tool.mount) * pose_of(tool.tool_center_point);
+}
+
+void Arm::set_base(const takt_msgs::msg::CellState& state) {
+  if (mounted_on_ >= 0) X_WR_ = component_pose(state, mounted_on_) * X_MR_;
 }
 
 JointArray Arm::joints(std::span<const double> values) const {

@@ -9,8 +9,8 @@
 //   cell.send_trajectory("Robot1", arm.plan_line(here, X_WT));
 //
 // Frames: W world, R robot base, F flange, T tool centre point (TCP). X_WT is the pose of the TCP in the world.
-// Joint positions are rad or m, in the order of the robot's description. Every error is a MotionError. An Arm
-// does not change and may be used by several threads.
+// Joint positions are rad or m, in the order of the robot's description. Every error is a MotionError. But for
+// set_base() an Arm does not change and may be used by several threads.
 #include <memory>
 #include <span>
 #include <string>
@@ -27,6 +27,8 @@ namespace takt {
 ArmModel arm_model(const takt_msgs::msg::RobotDescription& robot);
 /// The pose of a message.
 Pose pose_of(const takt_msgs::msg::Transform& transform);
+/// X_WR of a robot: as its description says; on a Ground, where this is in `state`.
+Pose base_pose(const takt_msgs::msg::RobotDescription& robot, const takt_msgs::msg::CellState& state);
 /// From the type of <takt/eigen.h>; no number changes its bits.
 inline Pose pose_of(const Eigen::Isometry3d& X) {
   return {X.linear(), X.translation()};
@@ -47,6 +49,12 @@ class Arm {
   /// A robot of a cell. The TCP is that of the gripper; without one it is the flange. Throws MotionError with
   /// the names that exist, and for a gripper that another robot carries.
   Arm(const takt_msgs::msg::CellDescription& cell, std::string_view robot, std::string_view gripper = {});
+
+  /// A robot on a Ground moves with it: poses in the world count from where its base is in this state, for the next calls. For
+  /// other robots nothing changes.
+  void set_base(const takt_msgs::msg::CellState& state);
+  const Pose& base() const { return X_WR_; }  ///< X_WR: of a robot on a Ground at the start, or of set_base()
+  int mounted_on() const { return mounted_on_; }  ///< component id of that Ground, or -1
 
   const std::string& name() const { return name_; }          ///< of the robot
   const ArmModel& model() const { return *model_; }          ///< joints and flange
@@ -90,6 +98,8 @@ class Arm {
   std::string name_;
   std::shared_ptr<const ArmModel> model_;
   Pose X_WR_, X_FT_;
+  int mounted_on_ = -1;
+  Pose X_MR_;  ///< base in that Ground
 };
 
 }  // namespace takt

@@ -98,6 +98,11 @@ gripper: name of the gripper whose tool centre point counts; empty: the flange
 
 Raises NotFound with the names that exist.)")
       .def_property_readonly("name", &Arm::name, "Name of the robot.")
+      .def(
+          "set_base", [](Arm& self, const StateView& state) { self.set_base(state.sample()); },
+          py::arg("state"),
+          R"(Poses in the world count from where the base is in this state (Client.state()), for the next calls. Needed for a robot
+on a Ground that moves, whose base is else that of the start; other robots do not change.)")
       .def("__repr__", [](const Arm& self) { return "<takt.Arm of " + self.name() + ">"; })
       .def(
           "forward_kinematics",

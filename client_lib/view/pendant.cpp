@@ -135,12 +135,12 @@ Answer Pendant::execute(const pendant::JogJoints& request) {
 Answer Pendant::execute(const pendant::JogLine& request) {
   const std::vector<double> from = standing(request.robot);
   const auto cell = client_->cell();
-  const Arm arm(*cell, request.robot, request.gripper);
+  Arm arm(*cell, request.robot, request.gripper);
+  arm.set_base(client_->state());
   const Pose X_WT = arm.forward_kinematics(from);
   Eigen::Matrix3d R_WJ = Eigen::Matrix3d::Identity();  // J: the frame whose axes count
   if (request.frame == JogFrame::tool) R_WJ = X_WT.R;
-  if (request.frame == JogFrame::base)
-    R_WJ = pose_of(cell->robots[static_cast<std::size_t>(cell->find_robot(request.robot))].base).R;
+  if (request.frame == JogFrame::base) R_WJ = arm.base().R;
   Pose goal = X_WT;
   goal.p += R_WJ * to_eigen(request.translation);
   const Eigen::Vector3d turn_W = R_WJ * to_eigen(request.rotation);

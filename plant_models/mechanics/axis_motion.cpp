@@ -72,6 +72,11 @@ double AxisMotion::speed(double t) const {
   return now == nullptr ? end_speed_ : now->v0 + now->a * (t - now->t0);
 }
 
+double AxisMotion::acceleration(double t) const {
+  const Piece* now = piece(t);
+  return now == nullptr ? 0.0 : now->a;
+}
+
 double AxisMotion::next_corner(double t) const {
   for (std::size_t i = 0; i < count_; ++i)
     if (pieces_[i].t0 > t) return pieces_[i].t0;

@@ -30,6 +30,8 @@ class AxisMotion {
 
   double position(double t) const;
   double speed(double t) const;
+  /// Where it jumps: that of the next piece.
+  double acceleration(double t) const;
   /// True if it stands from t on.
   bool at_rest(double t) const { return t >= end_s_ && end_speed_ == 0.0; }
   /// The next time after t at which the acceleration jumps, or infinity.

@@ -35,6 +35,16 @@ inline M3 cross_matrix(const V3& r) {
   return {{0.0, r.z, -r.y}, {-r.z, 0.0, r.x}, {r.y, -r.x, 0.0}};
 }
 
+/// Of a link at the base, without that of its joint.
+inline void set_root_acceleration(const MultibodyTree::Workspace::Base& base, const V3& minus_gravity,
+                                  MultibodyTree::Workspace::LinkState& s) {
+  s.a_w = V3{};
+  s.a_v = minus_gravity;
+  if (!base.moves) return;
+  s.a_w = base.a_w + s.c_w;
+  s.a_v = base.a_v + base.minus_gravity + cross(base.a_w, s.r) + s.c_v;
+}
+
 }  // namespace
 
 void MultibodyTree::update(const double* q, const double* qd, Workspace& w) const {
@@ -57,6 +67,7 @@ void MultibodyTree::update(const double* q, const double* qd, Workspace& w) cons
     } else {
       R = link.R_PA;
       s.r = link.p_PA;
+      if (w.base.moves) w_P = w.base.w, v_P = w.base.v;
     }
     if (link.revolute) {
       const double sine = sines[static_cast<size_t>(i)], cosine = cosines[static_cast<size_t>(i)];
@@ -93,8 +104,7 @@ void MultibodyTree::inverse_dynamics(const double* qdd, double* tau, Workspace& 
       s.a_w = parent.a_w + s.c_w;
       s.a_v = parent.a_v + cross(parent.a_w, s.r) + s.c_v;
     } else {
-      s.a_w = V3{};
-      s.a_v = minus_gravity_;
+      set_root_acceleration(w.base, minus_gravity_, s);
     }
     (link.revolute ? s.a_w : s.a_v) += s.R.z * qdd[i];
     // The tensor is constant in A: turning two vectors there and one back is less than turning the tensor.
@@ -126,8 +136,7 @@ void MultibodyTree::forward_dynamics(const double* tau, const Mask& locked, doub
       s.a_w = parent.a_w + s.c_w;
       s.a_v = parent.a_v + cross(parent.a_w, s.r) + s.c_v;
     } else {
-      s.a_w = V3{};
-      s.a_v = minus_gravity_;
+      set_root_acceleration(w.base, minus_gravity_, s);
     }
     if (locked[static_cast<size_t>(i)]) (link.revolute ? s.a_w : s.a_v) += s.R.z * qdd[i];
     s.J = rotated(s.R, link.inertia_A);

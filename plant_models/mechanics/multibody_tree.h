@@ -3,7 +3,7 @@
 // composite-rigid-body mass matrix, articulated-body forward dynamics (Featherstone, Rigid Body Dynamics
 // Algorithms, 2008, chapters 5 to 7).
 //
-// Frames: R is the tree's base frame (fixed in the world), L_i the frame of link i, which coincides with
+// Frames: R is the tree's base frame (fixed in the world, or with a prescribed motion: set_base()), L_i the frame of link i, which coincides with
 // joint i (URDF convention, as in robot/arm_kinematics.h: X_PJ places the joint in its parent link at
 // position zero, `axis` is a unit vector in L_i). Fixed joints are folded into their parent while loading, so
 // link i and moving joint i share an index, and a parent's index is lower than its children's.
@@ -72,6 +72,13 @@ class MultibodyTree {
   const TreeModel& model() const { return model_; }
   int joint_count() const { return model_.joint_count(); }
 
+  /// The base moves: velocity and acceleration of its origin and angular ones, relative to the world, and gravity, all in the
+  /// axes of R. Call it ahead of update(); in a fresh workspace the base is fixed. Twists of links are then relative to the
+  /// world, too.
+  void set_base(const Twist& V_R, const Twist& A_R, const Vec3& gravity_R, Workspace& w) const;
+  /// In the axes of R.
+  Vec3 gravity(const Workspace& w) const;
+
   /// Poses X_RL and velocities of all links at (q, qd). Everything below works on this.
   void update(const double* q, const double* qd, Workspace& w) const;
 
@@ -124,6 +131,8 @@ class MultibodyTree {
     Mat3 R_AL;
   };
 
+  const mechanics::V3& minus_gravity(const Workspace& w) const;
+
   TreeModel model_;
   std::vector<Link> links_;
   mechanics::V3 minus_gravity_;
@@ -154,9 +163,19 @@ struct MultibodyTree::Workspace {
     double u = 0.0;          ///< joint force that is left for accelerating
     mechanics::V3 d_w, d_v;
   };
+  struct Base {
+    bool moves = false;
+    mechanics::V3 w, v, a_w, a_v;  ///< as of links; gravity not included
+    mechanics::V3 minus_gravity;
+  };
+  Base base;
   std::array<LinkState, kMax> links;
   std::array<double, kMax> qd{};
   bool forward = false;  ///< the last pass was forward_dynamics()
 };
+
+inline const mechanics::V3& MultibodyTree::minus_gravity(const Workspace& w) const {
+  return w.base.moves ? w.base.minus_gravity : minus_gravity_;
+}
 
 }  // namespace takt

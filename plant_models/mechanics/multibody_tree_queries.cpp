@@ -7,6 +7,14 @@ using mechanics::M3;
 using mechanics::S3;
 using mechanics::V3;
 
+void MultibodyTree::set_base(const Twist& V_R, const Twist& A_R, const Vec3& gravity_R, Workspace& w) const {
+  w.base = {true, V3(V_R.w), V3(V_R.v), V3(A_R.w), V3(A_R.v), V3(-gravity_R)};
+}
+
+Vec3 MultibodyTree::gravity(const Workspace& w) const {
+  return -minus_gravity(w).eigen();
+}
+
 void MultibodyTree::mass_matrix(MassMatrix& M, Workspace& w) const {
   const int n = joint_count();
   M.resize(n, n);
@@ -70,7 +78,7 @@ Twist MultibodyTree::link_twist(int link, const Workspace& w) const {
 
 Twist MultibodyTree::link_acceleration(int link, const Workspace& w) const {
   const auto& s = w.links[static_cast<size_t>(link)];
-  return {(s.a_v - minus_gravity_).eigen(), s.a_w.eigen()};
+  return {(s.a_v - minus_gravity(w)).eigen(), s.a_w.eigen()};
 }
 
 void MultibodyTree::clear_wrenches(Workspace& w) const {
@@ -124,7 +132,7 @@ double MultibodyTree::potential_energy(const Workspace& w) const {
   double energy = 0.0;
   for (int i = 0; i < joint_count(); ++i) {
     const auto& s = w.links[static_cast<size_t>(i)];
-    energy += dot(minus_gravity_, s.p * links_[static_cast<size_t>(i)].mass + s.moment);
+    energy += dot(minus_gravity(w), s.p * links_[static_cast<size_t>(i)].mass + s.moment);
   }
   return energy;
 }

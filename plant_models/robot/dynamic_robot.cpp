@@ -79,7 +79,10 @@ DynamicRobot::Impl::Impl(const DynamicRobotParameters& parameters,
       grippers(std::move(mounted)),
       drives(std::move(arm_drives)),
       tree(tree_of(parameters, drives, grippers)),
-      X_WR(parameters.X_WR),
+      base{parameters.X_WR, {}, {}},
+      mount(parameters.mount),
+      X_MR(parameters.X_MR),
+      gravity_W(parameters.gravity_W),
       robot(static_cast<std::size_t>(parameters.robot)),
       arm(parameters.arm.joint_count()),
       joints(tree.joint_count()) {
@@ -106,6 +109,15 @@ DynamicRobot::Impl::Impl(const DynamicRobotParameters& parameters,
   states += 1 + joints;
   gain_x.resize(static_cast<size_t>(states));
   yielding_x.resize(static_cast<size_t>(states));
+}
+
+void DynamicRobot::Impl::set_base(const BaseMotion& now) {
+  if (now == base && w.base.moves) return;
+  base = now;
+  const Mat3 R_RW = base.X_WR.R.transpose();
+  tree.set_base({R_RW * base.V_WR.v, R_RW * base.V_WR.w}, {R_RW * base.A_WR.v, R_RW * base.A_WR.w},
+                R_RW * gravity_W, w);
+  updated = false;
 }
 
 void DynamicRobot::Impl::update(const double* x) {
@@ -142,6 +154,7 @@ void DynamicRobot::Impl::apply_wrenches(const CellMotion& motion, std::span<cons
   const auto apply = [&](int body, int link) {
     const auto b = static_cast<size_t>(body);
     const Wrench& F = wrenches[b];
+    const Pose& X_WR = base.X_WR;
     const Vec3 p_WLo = X_WR * tree.link_pose(link, w).p;
     const Vec3 t_Lo = F.t + (motion.bodies[b].p_WBcm - p_WLo).cross(F.f);
     tree.add_wrench(link, {X_WR.R.transpose() * F.f, X_WR.R.transpose() * t_Lo}, w);
@@ -181,6 +194,7 @@ double DynamicRobot::Impl::sync_force(int joint, const double* x,
 
 void DynamicRobot::Impl::solve(double t, const double* x, const CellMotion& motion,
                                std::span<const Wrench> wrenches, Solution& s) {
+  stand_on_mount(motion);
   update(x);
   apply_wrenches(motion, wrenches);
   references(t, s.reference);
@@ -260,6 +274,7 @@ void DynamicRobot::state_from_motion(const double* q, const double* qd, double* 
   Impl& m = *impl_;
   std::copy(q, q + m.joints, x);
   std::copy(qd, qd + m.joints, x + m.joints);
+  if (m.mount >= 0) m.set_base({parameters_.X_WR, {}, {}});
   m.update(x);
   m.tree.clear_wrenches(m.w);
   m.balance_drives({}, {}, x);
@@ -270,6 +285,7 @@ void DynamicRobot::state_from_motion(double t, const double* q, const double* qd
   Impl& m = *impl_;
   std::copy(q, q + m.joints, x);
   std::copy(qd, qd + m.joints, x + m.joints);
+  m.stand_on_mount(motion);
   m.update(x);
   m.apply_wrenches(motion, wrenches);
   std::array<JointReference, kMaxJoints> references;
@@ -282,6 +298,7 @@ void DynamicRobot::state_from_motion(double t, const double* q, const double* qd
 JointArray DynamicRobot::weight_torques(const double* x) const {
   Impl& m = *impl_;
   const JointArray at_rest{};
+  if (m.mount >= 0) m.set_base({m.base.X_WR, {}, {}});
   m.tree.update(x, at_rest.data(), m.w);
   m.updated = false;
   m.tree.clear_wrenches(m.w);
@@ -321,6 +338,7 @@ void DynamicRobot::Impl::balance_drives(const JointArray& qdd, const JointArray&
 
 void DynamicRobot::write_motion(double, const double* x, CellMotion& motion) const {
   Impl& m = *impl_;
+  m.stand_on_mount(motion);
   m.update(x);
   ArmMotion& arm = motion.arms[static_cast<size_t>(parameters_.robot)];
   const auto n = static_cast<size_t>(m.arm);
@@ -332,8 +350,10 @@ void DynamicRobot::write_motion(double, const double* x, CellMotion& motion) con
   const Pose& X_RL = arm.poses.link[n - 1];
   arm.poses.X_RF = X_RL * parameters_.arm.X_JF;
   const Twist V_RL = m.tree.link_twist(m.arm - 1, m.w);
-  arm.X_WF = m.X_WR * arm.poses.X_RF;
-  arm.V_WF = {m.X_WR.R * V_RL.at(arm.poses.X_RF.p - X_RL.p), m.X_WR.R * V_RL.w};
+  arm.base = m.base;
+  const Pose& X_WR = m.base.X_WR;
+  arm.X_WF = X_WR * arm.poses.X_RF;
+  arm.V_WF = {X_WR.R * V_RL.at(arm.poses.X_RF.p - X_RL.p), X_WR.R * V_RL.w};
   auto joint = n;
   for (const ParallelGripper* gripper : m.grippers) {
     const ParallelGripperParameters& p = gripper->parameters();

@@ -47,10 +47,12 @@ struct DynamicRobotParameters {
   int robot = -1;                  ///< index into CellMotion::arms
   ArmModel arm;                    ///< kinematics; joints in the order of `links`
   std::vector<BodyInertia> links;  ///< link after each joint, in its frame; the last includes the flange
-  Pose X_WR;
+  Pose X_WR;                       ///< at the start
   Vec3 gravity_W{0.0, 0.0, -9.80665};
   std::vector<MountedGripper> grippers;  ///< same order as the grippers passed to the constructor
   RobotPowerParameters power;
+  int mount = -1;  ///< as in KinematicRobotParameters, and X_MR
+  Pose X_MR{};
 };
 
 class DynamicRobot final : public PlantModel {

@@ -28,6 +28,11 @@ struct DynamicRobot::Impl {
   const Drive& drive(int joint) const { return *drives[static_cast<size_t>(joint)]; }
   int energy_state() const { return states - 1 - joints; }
 
+  /// The base is where its Ground is, and moves with it.
+  void stand_on_mount(const CellMotion& motion) {
+    if (mount >= 0) set_base(motion.base_on(mount, X_MR));
+  }
+  void set_base(const BaseMotion& now);
   /// Computes poses and velocities of the tree at x, unless they are up to date.
   void update(const double* x);
   void references(double t, std::array<JointReference, kMaxJoints>& references) const;
@@ -60,7 +65,10 @@ struct DynamicRobot::Impl {
   std::vector<const ParallelGripper*> grippers;
   std::vector<std::unique_ptr<Drive>> drives;  ///< arm, then jaws
   MultibodyTree tree;
-  Pose X_WR;
+  BaseMotion base;
+  int mount = -1;
+  Pose X_MR;
+  Vec3 gravity_W;
   std::size_t robot = 0;                ///< index into CellMotion::arms
   int arm = 0, joints = 0, states = 0;  ///< moving joints of the arm, with jaws, length of the segment
   std::array<int, kMaxJoints> z_begin{};

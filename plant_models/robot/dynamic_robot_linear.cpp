@@ -75,8 +75,8 @@ class DynamicRobot::Linear final : public VelocityForm {
       Joint& joint = joints_[k];
       const TreeJoint& model = m_.tree.model().joints[k];
       const Pose X_RL = m_.tree.link_pose(i, m_.w);
-      joint.axis_W = m_.X_WR.R * (X_RL.R * model.joint.axis);
-      joint.origin_W = m_.X_WR * X_RL.p;
+      joint.axis_W = m_.base.X_WR.R * (X_RL.R * model.joint.axis);
+      joint.origin_W = m_.base.X_WR * X_RL.p;
       joint.revolute = model.joint.type != JointType::prismatic;
       joint.drive = {};
       m_.drive(i).jacobian(s.reference[k], x[i], x[n + i], m_.drive_states(x, i), joint.drive);

@@ -23,7 +23,7 @@ DynamicRobot::Output DynamicRobot::output(double t, const double* x, const CellM
   }
   output.power.mechanical_energy_J = x[energy_state()];
 
-  const Mat3& R_WR = m.X_WR.R;
+  const Mat3& R_WR = m.base.X_WR.R;
   const Wrench base = m.tree.base_reaction(m.w);
   output.base_reaction_W = {R_WR * base.f, R_WR * base.t};
 
@@ -46,9 +46,9 @@ DynamicRobot::Output DynamicRobot::output(double t, const double* x, const CellM
     const Vec3 r = p_RGcm - X_RL.p;
     const Vec3 a = A_RL.v + A_RL.w.cross(r) + w_R.cross(w_R.cross(r));
     const Mat3 I = X_RG.R * palm.I_BBcm_B * X_RG.R.transpose();
-    add(palm.mass_kg * (a - m.tree.model().gravity_R), I * A_RL.w + w_R.cross(I * w_R), p_RGcm);
+    add(palm.mass_kg * (a - m.tree.gravity(m.w)), I * A_RL.w + w_R.cross(I * w_R), p_RGcm);
     const auto body = static_cast<size_t>(p.palm);
-    const Vec3 p_R = R_WR.transpose() * (motion.bodies[body].p_WBcm - m.X_WR.p);
+    const Vec3 p_R = R_WR.transpose() * (motion.bodies[body].p_WBcm - m.base.X_WR.p);
     add(-(R_WR.transpose() * wrenches[body].f), -(R_WR.transpose() * wrenches[body].t), p_R);
     for (int side = 0; side < 2; ++side, ++jaw) {
       const Wrench F = m.tree.joint_wrench(jaw, m.w);

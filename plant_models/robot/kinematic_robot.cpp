@@ -238,17 +238,24 @@ void KinematicRobot::write_motion(double t, const double*, CellMotion& motion) c
   ArmMotion& arm = motion.arms[static_cast<size_t>(parameters_.robot)];
   JointArray q{}, qd{};
   joint_state(t, q.data(), qd.data());
+  const bool rides = parameters_.mount >= 0;
+  const BaseMotion base =
+      rides ? motion.base_on(parameters_.mount, parameters_.X_MR) : BaseMotion{parameters_.X_WR, {}, {}};
   // The cached motion is valid if the bits of q agree, including the sign of a zero.
   if (arm.complete && std::memcmp(q.data(), arm.q.data(), sizeof(q)) == 0 &&
-      std::memcmp(qd.data(), arm.qd.data(), sizeof(qd)) == 0)
+      std::memcmp(qd.data(), arm.qd.data(), sizeof(qd)) == 0 && (!rides || base == arm.base))
     return;
   arm.q = q;
   arm.qd = qd;
+  arm.base = base;
   arm.complete = true;
   forward_kinematics(parameters_.arm, arm.q.data(), arm.poses);
   const Twist V_RF = flange_twist(parameters_.arm, arm.poses, arm.qd.data());
-  arm.X_WF = parameters_.X_WR * arm.poses.X_RF;
-  arm.V_WF = {parameters_.X_WR.R * V_RF.v, parameters_.X_WR.R * V_RF.w};
+  arm.X_WF = base.X_WR * arm.poses.X_RF;
+  arm.V_WF = {base.X_WR.R * V_RF.v, base.X_WR.R * V_RF.w};
+  if (!rides) return;
+  arm.V_WF.v += base.V_WR.at(arm.X_WF.p - base.X_WR.p);
+  arm.V_WF.w += base.V_WR.w;
 }
 
 }  // namespace takt

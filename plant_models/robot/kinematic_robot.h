@@ -23,8 +23,11 @@ namespace takt {
 struct KinematicRobotParameters {
   int robot = -1;  ///< index into CellMotion::arms
   ArmModel arm;
-  Pose X_WR;  ///< base in the world
+  Pose X_WR;  ///< base in the world, at the start
   JointArray q_initial{};
+  /// The Ground that the base stands on and moves with, or -1: the world; and its place there.
+  int mount = -1;
+  Pose X_MR{};
 };
 
 class KinematicRobot final : public PlantModel {

@@ -218,7 +218,32 @@ void MovingGrounds::write_motion(double t, const double*, CellMotion& motion) co
                    mount.V_WB.w + X.R * body.V_WB.w};
     }
     body.p_WBcm = body.X_WB.p;
+    if (!motion.accelerations.empty()) write_acceleration(t, ground, motion);
   }
+}
+
+void MovingGrounds::write_acceleration(double t, const CarriedGround& ground, CellMotion& motion) const {
+  const BodyMotion& body = motion.bodies[static_cast<std::size_t>(ground.component)];
+  Twist& A = motion.accelerations[static_cast<std::size_t>(ground.component)];
+  const double rate = motion_.speed(t), gain = motion_.acceleration(t);
+  // Relative to the mount, in its axes now; the mount at the start has those of the world.
+  const BodyMotion* mount = p_.mount < 0 ? nullptr : &motion.bodies[static_cast<std::size_t>(p_.mount)];
+  const Mat3 R = mount == nullptr ? Mat3::Identity() : Mat3(mount->X_WB.R * p_.X_WM.R.transpose());
+  const Vec3 axis = R * p_.axis_W;
+  Twist V{rate * axis, Vec3::Zero()};
+  A = {gain * axis, Vec3::Zero()};
+  if (p_.rotary) {
+    const Pose X = mount == nullptr ? Pose{} : mount->X_WB * p_.X_WM.inverse();
+    const Vec3 arm = body.X_WB.p - X * p_.center_W;
+    V = {rate * axis.cross(arm), rate * axis};
+    A = {gain * axis.cross(arm) + V.w.cross(V.v), gain * axis};
+  }
+  if (mount == nullptr) return;
+  const Twist& A_M = motion.accelerations[static_cast<std::size_t>(p_.mount)];
+  const Vec3& w = mount->V_WB.w;
+  const Vec3 r = body.X_WB.p - mount->X_WB.p;
+  A.v += A_M.at(r) + w.cross(w.cross(r)) + 2.0 * w.cross(V.v);
+  A.w += A_M.w + w.cross(V.w);
 }
 
 void MovingGrounds::reset() {

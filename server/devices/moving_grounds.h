@@ -103,6 +103,8 @@ class MovingGrounds : public DeviceModel, public GroundCarrier {
   AxisMotion motion_;
 
  private:
+  void write_acceleration(double t, const CarriedGround& ground, CellMotion& motion) const;
+
   std::vector<int> carried_;
   bool halted_ = false;
 };

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "client_lib/render/renderer.h"
+#include "server/simulation/model/cell_frames.h"
 
 namespace takt {
 
@@ -73,15 +74,16 @@ Drawing draw(const CellDescription& cell, const RobotShapes& robots, const Snaps
   }
   for (std::size_t i = 0; i < cell.robots.size(); ++i) {
     const RobotDescription& robot = cell.robots[i];
-    const double height = robot.X_WR.p.z();
+    const Pose X_WR = base_pose(robot, snapshot);
+    const double height = X_WR.p.z();
     // The pedestal of a robot that stands; others hang, or are slides.
-    if (height > 0.0 && robot.X_WR.R(2, 2) > 0.9 && !robot.arm.joints.empty() &&
+    if (robot.mount < 0 && height > 0.0 && X_WR.R(2, 2) > 0.9 && !robot.arm.joints.empty() &&
         robot.arm.joints.front().type == JointType::revolute) {
-      const Pose X_WP{Mat3::Identity(), Vec3(robot.X_WR.p.x(), robot.X_WR.p.y(), 0.5 * height)};
+      const Pose X_WP{Mat3::Identity(), Vec3(X_WR.p.x(), X_WR.p.y(), 0.5 * height)};
       scene.meshes.push_back(render::make_box(X_WP, Vec3(0.24, 0.24, height), {0.45, 0.46, 0.48}));
     }
-    if (robots.add_to(scene, i, snapshot.robots[i].position.data())) continue;
-    render::add_arm(scene, robot.arm, snapshot.robots[i].position.data(), robot.X_WR, {0.86, 0.87, 0.89},
+    if (robots.add_to(scene, i, snapshot.robots[i].position.data(), X_WR)) continue;
+    render::add_arm(scene, robot.arm, snapshot.robots[i].position.data(), X_WR, {0.86, 0.87, 0.89},
                     {0.30, 0.45, 0.62});
   }
   const Extent extent = extent_of(scene);

@@ -91,15 +91,14 @@ RobotShapes::RobotShapes(const Scenario& scenario, const CellDescription& cell,
   }
 }
 
-bool RobotShapes::add_to(render::Scene& scene, std::size_t index, const double* q) const {
+bool RobotShapes::add_to(render::Scene& scene, std::size_t index, const double* q, const Pose& X_WR) const {
   const Robot& robot = robots_.at(index);
   if (robot.pieces.empty()) return false;
   ArmPoses poses;
   forward_kinematics(robot.description->arm, q, poses);
   for (const Piece& piece : robot.pieces) {
     render::Mesh& mesh = scene.meshes.emplace_back(piece.mesh);
-    mesh.X_WB = piece.joint < 0 ? robot.description->X_WR
-                                : robot.description->X_WR * poses.link[static_cast<std::size_t>(piece.joint)];
+    mesh.X_WB = piece.joint < 0 ? X_WR : X_WR * poses.link[static_cast<std::size_t>(piece.joint)];
   }
   return true;
 }

@@ -17,7 +17,7 @@ class RobotShapes {
   RobotShapes(const Scenario& scenario, const CellDescription& cell, const PackageFolders& packages);
 
   /// Adds the robot at joint positions `q` (joint_count() values). False: it has no shapes.
-  bool add_to(render::Scene& scene, std::size_t robot, const double* q) const;
+  bool add_to(render::Scene& scene, std::size_t robot, const double* q, const Pose& X_WR) const;
 
  private:
   struct Piece {

@@ -89,6 +89,8 @@ takt_msgs::msg::RobotDescription to_message(const RobotDescription& robot) {
   }
   message.flange = to_transform(robot.arm.X_JF);
   message.base = to_transform(robot.X_WR);
+  message.mounted_on = robot.mount;
+  message.mount = to_transform(robot.X_MR);
   message.command_period = robot.command_period_s;
   message.command_deadline = robot.command_deadline.deadline_s;
   message.safe_action = robot.command_deadline.action;

@@ -27,7 +27,7 @@ void add_links(const Scenario& scenario, const std::vector<UrdfArm>& arms, CellM
       body.name = robot.name + "/" + link.link;
       body.robot = static_cast<int>(r);
       body.joint = link.joint;
-      body.moves = link.joint >= 0;
+      body.moves = link.joint >= 0 || !robot.mounted_on.empty();
       body.shapes = std::move(link.shapes);
       cell.clearance.bodies.push_back(std::move(body));
     }
@@ -70,9 +70,16 @@ bool are_joined(const CellModel& cell, int a, int b) {
   });
 }
 
+/// Whether `base` is fixed to the base of a robot that stands on `ground`.
+bool stands_on(const CellModel& cell, const CheckedBody& base, const CheckedBody& ground) {
+  return base.robot >= 0 && base.component < 0 && base.joint < 0 && ground.component >= 0 &&
+         cell.robots[static_cast<std::size_t>(base.robot)].mount == ground.component;
+}
+
 bool is_checked(const CellModel& cell, const CheckedBody& a, const CheckedBody& b) {
   if (a.shapes.empty() || b.shapes.empty()) return false;
   if (!a.moves && !b.moves) return false;
+  if (stands_on(cell, a, b) || stands_on(cell, b, a)) return false;
   if (a.robot < 0 && b.robot < 0) return !are_joined(cell, a.component, b.component);
   if (a.robot >= 0 && b.robot >= 0) {
     if (a.robot != b.robot) return true;

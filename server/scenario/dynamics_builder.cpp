@@ -145,6 +145,8 @@ RobotDynamics robot_dynamics(const Scenario& scenario, const ScenarioRobot& robo
   p.links = std::move(inertias_of_file.links);
   remarks = std::move(inertias_of_file.remarks);
   p.X_WR = robot.X_WR;
+  p.mount = arm.mount;
+  p.X_MR = arm.X_MR;
   p.gravity_W = scenario.gravity_m_per_s2;
   p.power = {robot.power.idle_W, robot.power.loss_factor, robot.power.regenerative};
   std::vector<ParallelGripper> grippers;

@@ -84,6 +84,7 @@ struct ScenarioRobot {
   std::filesystem::path urdf;
   std::string base_link, flange_link;  ///< empty: urdf_ends()
   Pose X_WR;
+  std::string mounted_on;  ///< a Ground; empty: the world
   std::vector<double>
       initial_joints_rad;         ///< m for prismatic joints; empty: 0, or the middle of ranges without 0
   std::optional<double> mass_kg;  ///< of the links without <inertial>, together

@@ -107,6 +107,12 @@ void add_robot(const Scenario& scenario, const ScenarioRobot& robot, const UrdfA
   parameters.robot = static_cast<int>(cell.robots.size());
   parameters.arm = urdf.arm;
   parameters.X_WR = robot.X_WR;
+  if (!robot.mounted_on.empty()) {
+    parameters.mount = cell.description.find_component(robot.mounted_on);
+    const auto ground = std::find_if(cell.grounds.begin(), cell.grounds.end(),
+                                     [&](const GroundModel& g) { return g.component == parameters.mount; });
+    parameters.X_MR = ground->X_WB.inverse() * robot.X_WR;
+  }
   for (std::size_t i = 0; i < count; ++i) {
     const JointModel& joint = urdf.arm.joints[i];
     const double q = given ? robot.initial_joints_rad[i] : initial_position(joint);
@@ -130,8 +136,9 @@ void add_robot(const Scenario& scenario, const ScenarioRobot& robot, const UrdfA
   deadline.action = robot.deadline.safe_action;
   for (std::size_t i = 0; i < count && robot.deadline.max_acceleration_rad_per_s2.given(); ++i)
     deadline.max_acceleration[i] = robot.deadline.max_acceleration_rad_per_s2.at(i);
-  cell.description.robots.push_back(
-      {robot.name, urdf.robot.text, urdf.arm, robot.X_WR, robot.command_period_s, deadline, urdf.links});
+  cell.description.robots.push_back({robot.name, urdf.robot.text, urdf.arm, robot.X_WR,
+                                     robot.command_period_s, deadline, urdf.links, parameters.mount,
+                                     parameters.X_MR});
   for (const std::string& remark : urdf.remarks)
     cell.import_notes.push_back({robot.name, robot.name + ": " + remark + ".", {}});
   if (urdf.standing_joints.empty()) return;

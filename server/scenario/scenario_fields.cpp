@@ -182,7 +182,10 @@ void describe(Fields& f, ScenarioRobot& s) {
   f.field(
       "flange_link", s.flange_link, Text{},
       "Link of the URDF that carries grippers. Without it `tool0`, or else the end of the moving joints.");
-  f.pose("pose", s.X_WR, "Pose of the base in the world.");
+  f.pose("pose", s.X_WR, "Pose of the base in the world; with `mounted_on`: at the start.");
+  f.field("mounted_on", s.mounted_on, f.name_of({"grounds"}, "a ground"),
+          "Ground that it stands on and moves with, for instance the carriage of a linear axis; without it: "
+          "the world.");
   f.angles("initial_joints", s.initial_joints_rad, 0,
            "Joint positions at the start; m for prismatic joints. Without it 0, or the middle of a range "
            "without 0.",

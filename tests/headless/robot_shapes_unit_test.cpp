@@ -63,7 +63,7 @@ class RobotShapesOf : public ::testing::Test {
   }
   render::Scene drawn(double angle) {
     render::Scene scene;
-    EXPECT_TRUE(RobotShapes(scenario_, cell_, {}).add_to(scene, 0, &angle));
+    EXPECT_TRUE(RobotShapes(scenario_, cell_, {}).add_to(scene, 0, &angle, cell_.robots[0].X_WR));
     return scene;
   }
   static Vec3 middle(const render::Mesh& mesh) {
@@ -111,7 +111,7 @@ TEST_F(RobotShapesOf, ARobotWhoseFileIsGoneHasNoShapes) {
   scenario_.robots[0].urdf = directory_ / "gone.urdf";
   render::Scene scene;
   const double angle = 0.0;
-  EXPECT_FALSE(RobotShapes(scenario_, cell_, {}).add_to(scene, 0, &angle));
+  EXPECT_FALSE(RobotShapes(scenario_, cell_, {}).add_to(scene, 0, &angle, cell_.robots[0].X_WR));
   EXPECT_TRUE(scene.meshes.empty());
 }
 

@@ -89,6 +89,70 @@ TEST(MultibodyTree, InverseDynamicsOfArmsEqualsThatOfKdl) {
   }
 }
 
+/// The base as a link of KDL's chain that a sliding and a turning joint move; ours gets its motion.
+TEST(MultibodyTree, AnArmOnAMovingBaseNeedsTheTorquesOfKdl) {
+  for (const Robot& robot : robots()) {
+    TreeMaker make(5);
+    const Pose X_1R{rotation_from_rpy({0.3, -0.2, 0.5}), {0.4, 0.1, -0.2}};
+    TreeModel whole;
+    whole.gravity_R = {0.5, -1.0, -9.5};
+    TreeJoint slide, turn;
+    slide.joint = {"slide", JointType::prismatic, {}, Vec3(1.0, 2.0, -1.0).normalized()};
+    turn.joint = {"turn",
+                  JointType::revolute,
+                  {rotation_from_rpy({0.1, 0.7, 0.2}), {0.1, 0.2, 0.3}},
+                  Vec3(0.2, -0.5, 1.0).normalized()};
+    slide.inertia = turn.inertia = {1.0, {0.1, 0.0, 0.1}, 0.1 * Mat3::Identity()};
+    turn.parent = 0;
+    whole.joints = {slide, turn};
+    for (TreeJoint joint : robot.model.joints) {
+      if (joint.parent < 0) joint.joint.X_PJ = X_1R * joint.joint.X_PJ;
+      joint.parent += 2;
+      if (joint.parent < 2) joint.parent = 1;
+      whole.joints.push_back(joint);
+    }
+    const MultibodyTree mounts(whole), tree(robot.model);
+    const int n = tree.joint_count(), all = n + 2;
+    MultibodyTree::Workspace w_mounts, w;
+    const KDL::Chain chain = test::kdl_chain(whole);
+    KDL::ChainIdSolver_RNE solver(chain, test::kdl(whole.gravity_R));
+    double worst = 0.0, worst_forward = 0.0, worst_twist = 0.0;
+    for (int k = 0; k < 10000; ++k) {
+      const JointArray q = make.joints(3.0), qd = make.joints(2.0), qdd = make.joints(10.0);
+      JointArray unused{};
+      mounts.update(q.data(), qd.data(), w_mounts);
+      mounts.clear_wrenches(w_mounts);
+      mounts.inverse_dynamics(qdd.data(), unused.data(), w_mounts);
+      const Pose X_01 = mounts.link_pose(1, w_mounts), X_0R = X_01 * X_1R;
+      const Twist V = mounts.link_twist(1, w_mounts), A = mounts.link_acceleration(1, w_mounts);
+      const Vec3 r = X_0R.p - X_01.p;
+      const Mat3 R = X_0R.R.transpose();
+      tree.set_base({R * V.at(r), R * V.w}, {R * (A.at(r) + V.w.cross(V.w.cross(r))), R * A.w},
+                    R * whole.gravity_R, w);
+      tree.update(q.data() + 2, qd.data() + 2, w);
+      tree.clear_wrenches(w);
+      JointArray tau{}, found{}, lock{};
+      tree.inverse_dynamics(qdd.data() + 2, tau.data(), w);
+      KDL::JntArray expected(static_cast<unsigned>(all));
+      ASSERT_GE(
+          solver.CartToJnt(test::kdl_joints(q, all), test::kdl_joints(qd, all), test::kdl_joints(qdd, all),
+                           KDL::Wrenches(static_cast<std::size_t>(all)), expected),
+          0);
+      worst = std::max(worst, relative_error(vector_of(tau, n), expected.data.tail(n)));
+      const Twist there = mounts.link_twist(all - 1, w_mounts), here = tree.link_twist(n - 1, w);
+      worst_twist =
+          std::max(worst_twist, (there.v - X_0R.R * here.v).norm() + (there.w - X_0R.R * here.w).norm());
+      tree.forward_dynamics(tau.data(), {}, found.data(), lock.data(), w);
+      JointArray wanted{};
+      std::copy_n(qdd.begin() + 2, n, wanted.begin());
+      worst_forward = std::max(worst_forward, relative_error(vector_of(found, n), vector_of(wanted, n)));
+    }
+    EXPECT_LT(worst, 1e-11) << robot.name;
+    EXPECT_LT(worst_forward, 1e-8) << robot.name;
+    EXPECT_LT(worst_twist, 1e-11) << robot.name;
+  }
+}
+
 TEST(MultibodyTree, MassMatrixAndForwardDynamicsOfArmsEqualThoseOfKdl) {
   for (const Robot& robot : robots()) {
     TreeMaker make(2);

@@ -108,7 +108,7 @@ Vector6 UrController::summed_contact_force(const Pose& X_RT) const {
   const auto& cell = *link_.cell();
   const auto& gripper = cell.grippers.at(static_cast<std::size_t>(cell.find_gripper(mapping_.tool)));
   const auto& robot = cell.robots.at(static_cast<std::size_t>(gripper.robot));
-  const Pose X_RW = takt::pose_of(robot.base).inverse();
+  const Pose X_RW = base_pose(robot, *state_).inverse();
   Vec3 force = Vec3::Zero(), torque = Vec3::Zero();
   for (const int index : {gripper.palm, gripper.left_jaw, gripper.right_jaw}) {
     if (index < 0) continue;

@@ -261,9 +261,9 @@ export class Cell {
       base.userData.chosen = {kind: 'robot', name: robot.name};
       base.add(model);
       this.world.add(base);
-      this.stand(robot);
+      if (robot.mounted_on < 0) this.stand(robot);
       this.addRobotFrames(base, model, robot, i);
-      return {model, joints: robot.joints.map((joint) => joint.name)};
+      return {model, base, ground: robot.mounted_on, mount: matrixOf(robot.mount), joints: robot.joints.map((joint) => joint.name)};
     });
     this.patches = [];
     this.pressed = new Map();  // pairs whose elements are shown
@@ -394,7 +394,12 @@ export class Cell {
         for (const jaw of [left, right]) this.components[jaw]?.mesh.material.color.set(gripper.part >= 0 ? GRIPS : gripper.closed ? CLOSED : OPEN);
       });
     state.robots.forEach((robot, i) => {
-      const {model, joints} = this.robots[i];
+      const {model, base, ground, mount, joints} = this.robots[i];
+      if (ground >= 0) {
+        const {position, quaternion} = this.components[ground].mesh;
+        base.matrix.compose(position, quaternion, new THREE.Vector3(1, 1, 1)).multiply(mount);
+        base.matrixWorldNeedsUpdate = true;
+      }
       joints.forEach((name, k) => model.setJointValue?.(name, robot.position[k]));
     });
     this.mark?.update();

@@ -27,7 +27,7 @@ double displacement(const Pose& from, const Pose& to, double reach_m) {
 }
 }  // namespace
 
-ClearanceMonitor::ClearanceMonitor(const ClearanceModel& model, std::vector<Pose> base_poses,
+ClearanceMonitor::ClearanceMonitor(const ClearanceModel& model, std::vector<std::optional<Pose>> base_poses,
                                    std::size_t component_count, bool ask_always)
     : model_(model),
       base_poses_(std::move(base_poses)),
@@ -44,7 +44,7 @@ ClearanceMonitor::ClearanceMonitor(const ClearanceModel& model, std::vector<Pose
     if (body.component >= 0) {
       body_of_component_[static_cast<std::size_t>(body.component)] = static_cast<int>(i);
       robot_of_component_[static_cast<std::size_t>(body.component)] = body.robot;
-    } else if (body.joint >= 0) {
+    } else if (body.joint >= 0 || rides(body)) {
       links_.push_back(static_cast<int>(i));
     }
   }
@@ -116,9 +116,9 @@ void ClearanceMonitor::update(double time_s, std::uint64_t step, const CellMotio
   woken_.clear();
   for (const int i : links_) {
     const CheckedBody& link = model_.bodies[static_cast<std::size_t>(i)];
-    advance(
-        i,
-        motion.arms[static_cast<std::size_t>(link.robot)].poses.link[static_cast<std::size_t>(link.joint)]);
+    const ArmMotion& arm = motion.arms[static_cast<std::size_t>(link.robot)];
+    const Pose X_RL = link.joint < 0 ? Pose{} : arm.poses.link[static_cast<std::size_t>(link.joint)];
+    advance(i, rides(link) ? arm.base.X_WR * X_RL : X_RL);
   }
   for (const int component : moved) {
     const int i = body_of_component_[static_cast<std::size_t>(component)];
@@ -218,7 +218,7 @@ BodyDistance ClearanceMonitor::measure(std::size_t index) const {
 Pose ClearanceMonitor::pose_in_world(int index) const {
   const CheckedBody& body = model_.bodies[static_cast<std::size_t>(index)];
   const Pose& X = bodies_[static_cast<std::size_t>(index)].X;
-  return body.component >= 0 ? X : base_poses_[static_cast<std::size_t>(body.robot)] * X;
+  return body.component >= 0 || rides(body) ? X : *base_poses_[static_cast<std::size_t>(body.robot)] * X;
 }
 
 void ClearanceMonitor::look(int index, const Instant& now, bool ask) {

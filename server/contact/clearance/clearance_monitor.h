@@ -8,6 +8,7 @@
 // sweeping arm. Only then it computes a distance: in most steps none is computed. The events are the same,
 // bit for bit, as with all pairs computed in every step (`ask_always`).
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -32,9 +33,9 @@ class ClearanceMonitor {
   /// Default of the depth (m) up to which overlaps count as touching: jaws that hold, parts just released.
   static constexpr double kTouching_m = CheckedPair{}.touching_m;
 
-  /// `model` must outlive the monitor. `base_poses`: X_WR by robot.
-  ClearanceMonitor(const ClearanceModel& model, std::vector<Pose> base_poses, std::size_t component_count,
-                   bool ask_always = false);
+  /// `model` must outlive the monitor. `base_poses`: X_WR by robot; std::nullopt for a base that moves.
+  ClearanceMonitor(const ClearanceModel& model, std::vector<std::optional<Pose>> base_poses,
+                   std::size_t component_count, bool ask_always = false);
 
   /// Resets to the initial state: no distances, no held Parts.
   void reset();
@@ -62,7 +63,7 @@ class ClearanceMonitor {
 
  private:
   struct Body {
-    Pose X;               ///< of a component in W, of a link in its robot's base
+    Pose X;               ///< of a component in W, of a link in its robot's base, or in W where this moves
     ShapeBounds bounds;   ///< of its shapes
     double path_m = 0.0;  ///< upper bound of the path of the body's points since the reset
     double wake_m = 0.0;  ///< at this `path_m` a pair is due
@@ -96,9 +97,12 @@ class ClearanceMonitor {
   double touching_m(std::size_t pair) const;
   BodyDistance measure(std::size_t pair) const;
   Pose pose_in_world(int body) const;
+  bool rides(const CheckedBody& body) const {
+    return body.robot >= 0 && !base_poses_[static_cast<std::size_t>(body.robot)];
+  }
 
   const ClearanceModel& model_;
-  std::vector<Pose> base_poses_;
+  std::vector<std::optional<Pose>> base_poses_;
   bool ask_always_;
   std::vector<Body> bodies_;
   std::vector<Pair> pairs_;

@@ -48,11 +48,13 @@ struct RobotDescription {
   std::string name;
   std::string urdf;  ///< the robot's URDF text
   ArmModel arm;      ///< the same kinematics, digested: base R to flange F
-  Pose X_WR;         ///< base of the robot in the world
+  Pose X_WR;         ///< base of the robot in the world, at the start
   /// Period over which set-points are interpolated unless the sender registers one.
   double command_period_s = 0.008;
   CommandDeadline command_deadline{};
   std::vector<RobotLink> links{};  ///< all links of the URDF, the base first
+  int mount = -1;                  ///< component id of the Ground that the base stands on, or -1: the world
+  Pose X_MR{};                     ///< base in that Ground
 };
 
 /// One named value of a device.

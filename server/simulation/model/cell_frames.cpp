@@ -16,6 +16,12 @@ const RobotLink& carrier(const RobotDescription& robot, int joint) {
 
 }  // namespace
 
+Pose base_pose(const RobotDescription& robot, const Snapshot& snapshot) {
+  if (robot.mount < 0) return robot.X_WR;
+  const ComponentSample& ground = snapshot.components[static_cast<std::size_t>(robot.mount)];
+  return Pose::from_quaternion(ground.p_WB, ground.q_WB) * robot.X_MR;
+}
+
 std::string base_frame(const RobotDescription& robot) {
   return robot.links.empty() ? robot.name : frame_of(robot, robot.links.front());
 }
@@ -23,7 +29,11 @@ std::string base_frame(const RobotDescription& robot) {
 std::vector<CellFrame> static_frames(const CellDescription& cell, const Snapshot& snapshot) {
   std::vector<CellFrame> frames;
   for (const RobotDescription& robot : cell.robots) {
-    frames.push_back({kWorldFrame, base_frame(robot), robot.X_WR.p, robot.X_WR.quaternion()});
+    if (robot.mount < 0)
+      frames.push_back({kWorldFrame, base_frame(robot), robot.X_WR.p, robot.X_WR.quaternion()});
+    else
+      frames.push_back({cell.components[static_cast<std::size_t>(robot.mount)].name, base_frame(robot),
+                        robot.X_MR.p, robot.X_MR.quaternion()});
     for (const RobotLink& link : robot.links) {
       const RobotLink& on = carrier(robot, link.joint);
       if (&on == &link) continue;

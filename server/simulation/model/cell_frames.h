@@ -19,6 +19,9 @@ struct CellFrame {
   Quat q = Quat::Identity();
 };
 
+/// X_WR of a robot at this instant.
+Pose base_pose(const RobotDescription& robot, const Snapshot& snapshot);
+
 /// Frame name of a robot's base link, the root of its links.
 std::string base_frame(const RobotDescription& robot);
 

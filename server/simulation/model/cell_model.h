@@ -146,10 +146,11 @@ struct CellModel {
   std::vector<PartPool> pools;
 };
 
-/// X_WR of every robot.
-inline std::vector<Pose> base_poses(const CellModel& cell) {
-  std::vector<Pose> result;
-  for (const KinematicRobotParameters& robot : cell.robots) result.push_back(robot.X_WR);
+/// X_WR of every robot; std::nullopt for one on a Ground, which may move.
+inline std::vector<std::optional<Pose>> base_poses(const CellModel& cell) {
+  std::vector<std::optional<Pose>> result;
+  for (const KinematicRobotParameters& robot : cell.robots)
+    result.push_back(robot.mount < 0 ? std::optional(robot.X_WR) : std::nullopt);
   return result;
 }
 

@@ -120,11 +120,14 @@ const SolverParameters& CellPlant::solver() const {
 
 void CellPlant::build() {
   std::vector<PlantModel*> models;
-  // Where something carries Grounds, all Grounds come first: others may stand on these. None of them has states.
+  // Where something carries Grounds or robots stand on them, all Grounds come first: others may stand on these. None of them has states.
   const auto add_grounds = [&] {
     for (FixedBody& ground : grounds_) models.push_back(&ground);
   };
-  if (!carriers_.empty()) add_grounds();
+  const bool ride = std::any_of(robots_.begin(), robots_.end(),
+                                [](const KinematicRobot& robot) { return robot.parameters().mount >= 0; });
+  const bool grounds_first = !carriers_.empty() || ride;
+  if (grounds_first) add_grounds();
   models.insert(models.end(), carrier_models_.begin(), carrier_models_.end());
   std::size_t begin = 0;
   for (std::size_t r = 0; r < robots_.size(); ++r) {
@@ -146,7 +149,7 @@ void CellPlant::build() {
     auxiliary_segments_.push_back(begin);
     begin += static_cast<std::size_t>(further->state_count());
   }
-  if (carriers_.empty()) add_grounds();
+  if (!grounds_first) add_grounds();
   for (RigidBody& part : parts_) models.push_back(&part);
   parts_begin_ = begin;
   system_ = std::make_unique<OdeSystem>(std::move(models), interaction_, model_.components.size(),
@@ -154,6 +157,7 @@ void CellPlant::build() {
   system_->set_force_elements(force_elements_);
   const auto moves_surface = [](const GroundCarrier* carrier) { return carrier->belt() >= 0; };
   if (std::any_of(carriers_.begin(), carriers_.end(), moves_surface)) system_->allow_surfaces();
+  if (ride) system_->allow_accelerations();
   x_.resize(static_cast<std::size_t>(system_->state_count()));
   accepted_.resize(x_.size());
   system_->set_clock(clock_);
