@@ -196,7 +196,7 @@ class GuardTransport final : public ChainedTransport {
       next->OnDataReceived(bytes.data(), static_cast<std::uint32_t>(bytes.size()), local, remote);
     };
     if (one_at_a_time) make_places(deliver);
-    if (one_at_a_time && ends_participant(packet)) {
+    if (one_at_a_time && !guard_->limits().relayed_discovery && ends_participant(packet)) {
       if (guard_->limits().encrypted) return hold_farewell(packet.first(report.size), next, local, remote);
       acknowledge_all(packet.subspan(kSenderAt, 12), deliver);
     }
