@@ -49,6 +49,24 @@ def test_the_flange_is_where_the_palm_is_mounted(cell):
     assert flange @ mount == pytest.approx(takt.pose(palm.position, palm.orientation), abs=1e-9)
 
 
+def test_a_robot_on_a_track_is_where_its_carriage_stands(config):
+    """The arm's kinematics against the state, while the carriage moves and after."""
+    with takt.Server(config / "devices" / "robot_track.yaml") as server, server.client() as cell:
+        arm = takt.Arm(cell.info, "Robot", "Gripper")
+        cell.set_signals("Track", {"set_position": 0.4})
+        for steps, way in ((500, 0.125), (2000, 0.4)):
+            cell.step(steps)
+            state = cell.state
+            assert state.components["Carriage"].position[1] == pytest.approx(way, abs=1e-3)
+            arm.set_base(state)
+            palm = state.components["Gripper"]
+            tcp = takt.pose(palm.position, palm.orientation) @ takt.pose([0, 0, 0.2], [0, 0, 0, 1])
+            assert arm.forward_kinematics(state.robots["Robot"].position) == pytest.approx(tcp, abs=1e-9)
+        up = arm.forward_kinematics(state.robots["Robot"].position)
+        up[2, 3] += 0.05
+        assert arm.inverse_kinematics(up, near=state.robots["Robot"].position) is not None
+
+
 def test_poses_and_quaternions():
     X = takt.pose([1, 2, 3], [0, 0, np.sqrt(0.5), np.sqrt(0.5)])
     assert X == pytest.approx(np.array([[0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]]))
