@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <optional>
+#include <vector>
 
 #include "server/contact/clearance/clearance_monitor.h"
 #include "tests/support/random_shapes.h"
@@ -68,8 +70,8 @@ struct Mover {
 /// Follows the rules in the header, without optimisations.
 class NaiveMonitor {
  public:
-  NaiveMonitor(const ClearanceModel& model, const std::vector<Pose>& bases)
-      : model_(model), bases_(bases), states_(model.pairs.size()), holder_(kComponents, -1) {}
+  explicit NaiveMonitor(const ClearanceModel& model)
+      : model_(model), states_(model.pairs.size()), holder_(kComponents, -1) {}
 
   std::vector<CollisionEvent> update(double t, std::uint64_t step, const CellMotion& motion,
                                      const std::vector<PartnerChange>& changes) {
@@ -129,7 +131,7 @@ class NaiveMonitor {
   Pose pose(int i, const CellMotion& motion) const {
     const CheckedBody& b = body(i);
     if (b.component >= 0) return motion.bodies[static_cast<std::size_t>(b.component)].X_WB;
-    const Pose& X_WR = bases_[static_cast<std::size_t>(b.robot)];
+    const Pose& X_WR = motion.arms[static_cast<std::size_t>(b.robot)].base.X_WR;
     if (b.joint < 0) return X_WR;
     return X_WR *
            motion.arms[static_cast<std::size_t>(b.robot)].poses.link[static_cast<std::size_t>(b.joint)];
@@ -144,7 +146,6 @@ class NaiveMonitor {
     return least;
   }
   const ClearanceModel& model_;
-  const std::vector<Pose>& bases_;
   std::vector<State> states_;
   std::vector<int> holder_;
 };
@@ -155,18 +156,25 @@ TEST(ClearanceMonitorProperty, TheMonitorReportsTheSameAsAQueryInEveryStep) {
   for (unsigned seed = 1; seed <= 6; ++seed) {
     test::Random random(seed);
     const ClearanceModel model = random_model(random);
-    const std::vector<Pose> bases{{random.rotation(), Vec3(-0.3, 0, 0)},
-                                  {random.rotation(), Vec3(0.3, 0, 0)}};
+    const bool rides = seed % 2 == 0;  // the second robot, on a Ground that moves
+    const Pose first{random.rotation(), Vec3(-0.3, 0, 0)};
+    Mover second;
+    second.X = {random.rotation(), Vec3(0.3, 0, 0)};
+    std::vector<std::optional<Pose>> bases{first, second.X};
+    if (rides) bases[1].reset();
     ClearanceMonitor monitor(model, bases, kComponents), eager(model, bases, kComponents, true);
-    NaiveMonitor naive(model, bases);
+    NaiveMonitor naive(model);
     CellMotion motion;
     motion.bodies.resize(kComponents);
     motion.arms.resize(2);
+    motion.arms[0].base.X_WR = first;
     std::vector<Mover> movers(2 * kLinks + kComponents);
     for (Mover& mover : movers) mover.X = {random.rotation(), 0.8 * random.direction()};
     std::vector<int> all;
     for (int c = 0; c < kComponents; ++c) all.push_back(c);
     for (std::uint64_t step = 0; step < 1500; ++step) {
+      if (rides) second.step(random);
+      motion.arms[1].base.X_WR = second.X;
       for (std::size_t i = 0; i < movers.size(); ++i) {
         const bool ground = i >= 2 * kLinks + kParts && i < 2 * kLinks + kParts + kGrounds;
         if (step > 0 && !ground) movers[i].step(random);
