@@ -3,10 +3,10 @@
 // composite-rigid-body mass matrix, articulated-body forward dynamics (Featherstone, Rigid Body Dynamics
 // Algorithms, 2008, chapters 5 to 7).
 //
-// Frames: R is the tree's base frame (fixed in the world, or with a prescribed motion: set_base()), L_i the frame of link i, which coincides with
-// joint i (URDF convention, as in robot/arm_kinematics.h: X_PJ places the joint in its parent link at
-// position zero, `axis` is a unit vector in L_i). Fixed joints are folded into their parent while loading, so
-// link i and moving joint i share an index, and a parent's index is lower than its children's.
+// Frames: R is the tree's base frame (fixed in the world, or with a prescribed motion: set_base()), L_i the frame
+// of link i, which coincides with joint i (URDF convention, as in robot/arm_kinematics.h: X_PJ places the joint in
+// its parent link at position zero, `axis` is a unit vector in L_i). Fixed joints are folded into their parent while
+// loading, so link i and moving joint i share an index, and a parent's index is lower than its children's.
 //
 // All quantities of the algorithms have the axes of R and refer to the origin of their own link: the
 // recursion needs no rotations, and poses and wrenches have the form that the rest of the cell uses.

@@ -40,7 +40,7 @@ const plain = (value) => (typeof value === 'bigint' ? Number(value) : value);
 // `takt export` writes names where the sample has numbers: of elements of lists, of indices, of enumerations.
 let description = null;
 const indexOf = {partner: 'components', part: 'components', base: 'components', target: 'components', palm: 'components',
-  left_jaw: 'components', right_jaw: 'components', robot: 'robots'};
+  left_jaw: 'components', right_jaw: 'components', mounted_on: 'components', robot: 'robots'};
 const numbers = new Map();  // of each name of an enumeration
 const renamed = (key) => (key === 'nsec' ? 'nanosec' : key);
 // of: the described thing that the sample belongs to.

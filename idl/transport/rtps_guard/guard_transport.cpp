@@ -267,6 +267,8 @@ class GuardTransport final : public ChainedTransport {
   void hold_farewell(std::span<const std::uint8_t> packet, transports::TransportReceiverInterface* next,
                      const rtps::Locator_t& local, const rtps::Locator_t& remote) {
     constexpr std::chrono::milliseconds repeated_within{50};
+    constexpr std::size_t most = 256;  // participants; beyond, leases end
+    if (held_farewells_.size() >= most) return;
     held_farewells_.push_back(
         {{packet.begin(), packet.end()}, next, local, remote, Clock::now() + repeated_within});
   }

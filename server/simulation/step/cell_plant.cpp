@@ -120,7 +120,8 @@ const SolverParameters& CellPlant::solver() const {
 
 void CellPlant::build() {
   std::vector<PlantModel*> models;
-  // Where something carries Grounds or robots stand on them, all Grounds come first: others may stand on these. None of them has states.
+  // Where something carries Grounds, or robots stand on them, all Grounds come first: others may stand on these. None
+  // of them has states.
   const auto add_grounds = [&] {
     for (FixedBody& ground : grounds_) models.push_back(&ground);
   };
