@@ -4,7 +4,7 @@
 import {strict as assert} from 'node:assert';
 import {mkdirSync, symlinkSync, writeFileSync} from 'node:fs';
 import {chromium, executable} from './browser.mjs';
-import {start, stop, view} from './processes.mjs';
+import {sources, start, stop, view} from './processes.mjs';
 
 // A block from 0 to (x, y, z), as the corners of its 12 triangles.
 function block([x, y, z]) {
@@ -32,7 +32,8 @@ ${['left', 'right'].map((name, i) => `<joint name="${name}_finger" type="prismat
 <link name="lid"/><link name="cover"/><joint name="hinge" type="revolute"><parent link="base_link"/><child link="lid"/><axis xyz="0 1 0"/><limit lower="0.2" upper="1" effort="1" velocity="1"/></joint>
 <joint name="follower" type="revolute"><parent link="lid"/><child link="cover"/><axis xyz="0 1 0"/><limit lower="0" upper="1" effort="1" velocity="1"/><mimic joint="hinge" multiplier="-2" offset="0.1"/></joint></robot>`;
 const scenario = `takt_scenario: 1\nname: drawn\nduration_s: 1\nsolver: {method: rk2, step_s: 0.001}\nprocesses: {cell: {level_of_detail: 1, members: all}}
-robots:\n  Drawn:\n    urdf: ../drawn_robot/urdf/drawn.urdf\n    base_link: base_link\n    flange_link: hand\n    initial_joints_deg: [90]\n    pose: {position_m: [1, 2, 3]}\ngrippers:\n  Hand: {robot: Drawn, fingers: auto}\n`;
+grounds:\n  Carriage: {mesh: ${sources}/config/devices/meshes/plate.obj, pose: {position_m: [1, 2, 3]}}
+robots:\n  Drawn:\n    mounted_on: Carriage\n    urdf: ../drawn_robot/urdf/drawn.urdf\n    base_link: base_link\n    flange_link: hand\n    initial_joints_deg: [90]\n    pose: {position_m: [1, 2, 3]}\ngrippers:\n  Hand: {robot: Drawn, fingers: auto}\n`;
 
 mkdirSync('robots/drawn_robot/urdf', {recursive: true});
 mkdirSync('robots/drawn_robot/meshes');
@@ -94,6 +95,14 @@ near(drawn.base_link, [1, 2, 3], [1.3, 2.2, 3.1]);
 // The joint is turned by 90 degrees: x of the arm is y of the world.
 near(drawn.arm, [0.9, 2, 3.1], [1, 2.5, 3.18]);
 near(drawn.hand, [0.94, 2.5, 3.1], [1, 2.55, 3.17]);
+// It rides on its Ground, which turns by 90 degrees about z here, and moves.
+await page.evaluate(() => {
+  const state = structuredClone(takt.last.state), [carriage] = state.components;
+  carriage.position = {x: 1, y: 5, z: 3};
+  carriage.orientation = {x: 0, y: 0, z: Math.SQRT1_2, w: Math.SQRT1_2};
+  takt.cell.show(state);
+});
+near((await boxes()).base_link, [0.8, 5, 3], [1, 5.3, 3.1]);
 const joints = await page.evaluate(() => Object.fromEntries(Object.entries(takt.cell.robots[0].model.joints).map(([name, joint]) => [name, joint.jointValue?.[0]])));
 for (const [name, value] of [['hinge', 0.2], ['follower', -0.3], ['left_finger', 0], ['right_finger', 0]]) assert.ok(Math.abs(joints[name] - value) < 1e-12, `${name}: ${joints[name]}`);
 // The missing mesh is reported with the remedy.
