@@ -15,6 +15,7 @@ namespace {
 
 using test::at_level;
 using test::DeviceRun;
+using test::expect_same_after_restoring;
 
 constexpr double kGravity_m_per_s2 = 9.80665;
 
@@ -224,14 +225,8 @@ TEST(Conveyor, ASavedStateContinuesWithTheSameBits) {
   for (const int level : {1, 3}) {
     for (const double saved_s : {0.1, 1.0, 3.0}) {
       DeviceRun run("conveyor", {at_level(level), "contact.defaults.friction_law=stick"});
-      ASSERT_TRUE(run.run_to(saved_s));
-      std::vector<std::byte> bytes;
-      ASSERT_EQ(run.simulation().save_state(bytes), "");
-      ASSERT_TRUE(run.run(0.5));
-      const std::uint64_t hash = run.simulation().state_hash();
-      ASSERT_EQ(run.simulation().restore_state(bytes), "");
-      ASSERT_TRUE(run.run(0.5));
-      EXPECT_EQ(run.simulation().state_hash(), hash) << level << " " << saved_s;
+      SCOPED_TRACE(testing::Message() << level << " " << saved_s);
+      expect_same_after_restoring(run, saved_s, saved_s + 0.5);
     }
   }
 }

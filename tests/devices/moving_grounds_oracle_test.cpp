@@ -18,6 +18,7 @@ namespace {
 
 using test::at_level;
 using test::DeviceRun;
+using test::expect_same_after_restoring;
 
 /// Position of a trapezoid from rest over `way` at speed v and acceleration a.
 double trapezoid(double t, double way, double v, double a) {
@@ -121,21 +122,6 @@ TEST(MovingGrounds, SleepingChangesNoBit) {
   }
   EXPECT_EQ(with.simulation().state_hash(), without.simulation().state_hash());
   EXPECT_GT(with.simulation().statistics().part_steps_skipped, 0U);
-}
-
-/// Runs on from a state saved at `saved_s`; the same hash at the end as without.
-void expect_same_after_restoring(DeviceRun& run, double saved_s, double end_s) {
-  ASSERT_TRUE(run.run_to(saved_s));
-  std::vector<std::byte> bytes;
-  ASSERT_EQ(run.simulation().save_state(bytes), "");
-  ASSERT_TRUE(run.run_to(end_s));
-  const std::uint64_t hash = run.simulation().state_hash();
-  const Vec3 place = run.sample("Box").p_WB;
-  ASSERT_EQ(run.simulation().restore_state(bytes), "");
-  ASSERT_NEAR(run.simulation().time_s(), saved_s, 1e-9);
-  ASSERT_TRUE(run.run_to(end_s));
-  EXPECT_EQ(run.simulation().state_hash(), hash);
-  EXPECT_EQ(run.sample("Box").p_WB, place);
 }
 
 TEST(MovingGrounds, AStateInTheMiddleOfAMotionContinuesWithTheSameBits) {

@@ -15,6 +15,7 @@ namespace {
 
 using test::at_level;
 using test::DeviceRun;
+using test::expect_same_after_restoring;
 
 constexpr double kGravity = 9.80665, kGripper_kg = 3.0;
 
@@ -99,14 +100,8 @@ TEST(RidingRobot, AStateInTheMiddleOfARideContinuesWithTheSameBits) {
   for (const int level : {1, 2}) {
     DeviceRun run("robot_track", {at_level(level)});
     run.set("Track", "set_position", 1.5);
-    ASSERT_TRUE(run.run_to(1.0));
-    std::vector<std::byte> bytes;
-    ASSERT_EQ(run.simulation().save_state(bytes), "");
-    ASSERT_TRUE(run.run_to(2.0));
-    const std::uint64_t hash = run.simulation().state_hash();
-    ASSERT_EQ(run.simulation().restore_state(bytes), "");
-    ASSERT_TRUE(run.run_to(2.0));
-    EXPECT_EQ(run.simulation().state_hash(), hash) << level;
+    SCOPED_TRACE(level);
+    expect_same_after_restoring(run, 1.0, 2.0);
   }
 }
 

@@ -4,6 +4,8 @@
 
 #include <array>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -77,5 +79,25 @@ class DeviceRun {
   Snapshot snapshot_;
   std::vector<Command> commands_;
 };
+
+/// Runs on from a state saved at `saved_s`; the same bits at the end as without.
+inline void expect_same_after_restoring(DeviceRun& run, double saved_s, double end_s) {
+  const auto places = [&run] {
+    std::vector<Vec3> found;
+    for (const ComponentSample& component : run.snapshot().components) found.push_back(component.p_WB);
+    return found;
+  };
+  ASSERT_TRUE(run.run_to(saved_s));
+  std::vector<std::byte> bytes;
+  ASSERT_EQ(run.simulation().save_state(bytes), "");
+  ASSERT_TRUE(run.run_to(end_s));
+  const std::uint64_t hash = run.simulation().state_hash();
+  const std::vector<Vec3> before = places();
+  ASSERT_EQ(run.simulation().restore_state(bytes), "");
+  ASSERT_NEAR(run.simulation().time_s(), saved_s, 1e-9);
+  ASSERT_TRUE(run.run_to(end_s));
+  EXPECT_EQ(run.simulation().state_hash(), hash);
+  EXPECT_EQ(places(), before);
+}
 
 }  // namespace takt::test

@@ -110,8 +110,8 @@ std::array<std::uint8_t, 76> farewell_of(const ParticipantPlaces::Prefix& partic
   return packet;
 }
 
-/// The packet with which a reader of this participant acknowledges all samples of an own writer up to `last`. No later
-/// request of that reader counts.
+/// A packet of this participant: its reader acknowledges the samples of an own writer up to number `last`. Fast DDS then
+/// ignores further requests of that reader.
 std::array<std::uint8_t, 48> last_acknowledgement(std::span<const std::uint8_t> participant,
                                                   std::uint32_t reader, std::uint32_t writer,
                                                   std::int64_t last) {

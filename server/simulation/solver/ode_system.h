@@ -146,9 +146,9 @@ class OdeSystem {
   /// True if pairs act by surface contact: they are stiff, and couple models beyond the connections.
   bool has_contacts() const { return contacts_ != nullptr && contacts_->any_acting(); }
   /// Before the first motion: room for the motion of surfaces (CellMotion::surfaces).
-  /// Of Grounds that robots may stand on.
-  void allow_accelerations() { motion_.accelerations.resize(motion_.bodies.size()); }
   void allow_surfaces() { motion_.surfaces.resize(motion_.bodies.size()); }
+  /// The same for the accelerations of Grounds that robots stand on (CellMotion::accelerations).
+  void allow_accelerations() { motion_.accelerations.resize(motion_.bodies.size()); }
   /// The component that holds this one at present, or -1.
   int partner(int body) const { return interaction_.partner(body); }
   /// Typical sizes of all states.
