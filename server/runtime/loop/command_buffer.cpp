@@ -39,16 +39,29 @@ std::optional<Rejection> CommandBuffer::append(const Command& command, std::uint
   {
     const std::lock_guard lock(mutex_);
     Target& target = targets_[static_cast<std::size_t>(index)];
-    if (target.sender == sender) newest = target.newest_stamp;
+    if (target.sender != sender) {
+      target = {};
+      target.sender = sender;
+    }
+    newest = target.newest_stamp;
     const bool older = stamp.given() && stamp < newest;
+    const bool repeated = older && target.accepted(stamp);
+    if (repeated && newest <= present) {
+      if (wake != nullptr) *wake = false;
+      return std::nullopt;
+    }
     // A newest stamp that lies in the future is outvoted by the present, and by two stamps in order.
     const bool outvoted =
-        newest > present && (stamp <= present || (target.older_stamp.given() && stamp >= target.older_stamp));
+        newest > present &&
+        (stamp <= present || repeated || (target.older_stamp.given() && stamp >= target.older_stamp));
     const bool stale = older && !outvoted;
     target.older_stamp = stale && newest > present ? stamp : SimTime{};
     if (!stale && waiting_.size() < capacity_) {
       waiting_.push_back({command, index, sender, received_ns, std::move(goal)});
-      target.sender = sender;
+      if (stamp.given() && stamp != newest && !repeated) {
+        target.last_stamps[target.next] = stamp;
+        target.next = (target.next + 1) % target.last_stamps.size();
+      }
       target.newest_stamp = stamp.given() ? stamp : newest;
       empty_.store(false, std::memory_order_release);
       const bool expected =

@@ -1,6 +1,8 @@
 #pragma once
 // Buffer of commands for the step loop. Adapter threads append one command at a time; the loop takes all of
 // them at once. The only coupling between the threads is a mutex held for the length of a push or a swap.
+#include <algorithm>
+#include <array>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -9,6 +11,7 @@
 #include <span>
 #include <vector>
 
+#include "idl/common/lockstep.h"
 #include "server/runtime/requests/motion_goal.h"
 #include "server/simulation/model/cell_description.h"
 #include "server/simulation/model/command.h"
@@ -35,7 +38,8 @@ class CommandBuffer {
   /// Any thread. Stores the command for the loop, or returns the reason of a refusal:
   /// - stale: its stamp is older than the newest accepted one of the same robot or gripper and the same
   ///   sender. A stamp from the future (a foreign clock, a forged command) does not make commands with the present or
-  ///   an earlier stamp stale, nor the second of two later ones in order.
+  ///   an earlier stamp stale, nor the second of two later ones in order. One of the last kMostLookahead accepted stamps
+  ///   again is a repeat: it is passed over without a refusal, or taken again while its instant lies ahead.
   /// - malformed: the buffer is full, because the loop has not run for that many commands.
   /// `wake`: whether the loop has reason to look, see expect().
   std::optional<Rejection> append(const Command& command, std::uint64_t sender, std::int64_t received_ns,
@@ -62,7 +66,11 @@ class CommandBuffer {
 
  private:
   struct Target {
+    bool accepted(SimTime stamp) const { return std::ranges::find(last_stamps, stamp) != last_stamps.end(); }
+
     SimTime newest_stamp;
+    std::array<SimTime, kMostLookahead> last_stamps{};  ///< that were accepted from the sender: a ring
+    std::size_t next = 0;                               ///< place in the ring
     SimTime
         older_stamp;  ///< of the sender's last command, where it was refused for a newest stamp in the future
     std::uint64_t sender = 0;
