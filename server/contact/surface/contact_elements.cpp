@@ -28,8 +28,10 @@ struct Friction {
 /// (2.21) over the speed, so that it can be multiplied with the velocity.
 template <ElementDetail kDetail>
 TAKT_LANE_INLINE void regularised_friction(const ContactLaw& law, const V4& limit, const V4x3& vt,
-                                           const V4& speed, Friction& to) {
+                                           Friction& to) {
   const V4 zero{};
+  V4 speed;
+  simd4::length(vt, speed);
   const double v_eps = law.friction_velocity_m_per_s, over_v = 1.0 / v_eps;
   const auto fast = speed >= v_eps;
   const V4 over = fast ? 1.0 / speed : (2.0 - speed * over_v) * over_v;
@@ -48,8 +50,7 @@ TAKT_LANE_INLINE void regularised_friction(const ContactLaw& law, const V4& limi
 /// Springs stretched by x, which slip at the limit. `on`: elements with pressure.
 template <ElementDetail kDetail, class Mask>
 TAKT_LANE_INLINE void stick_friction(const ContactLaw& law, const V4& area, const V4x3& n, const V4x3& x,
-                                     const V4& limit, const V4x3& vt, const V4& speed, const Mask& on,
-                                     Friction& to) {
+                                     const V4& limit, const V4x3& vt, const Mask& on, Friction& to) {
   const V4 zero{};
   V4 normal_part;
   simd4::dot(n, x, normal_part);
@@ -57,13 +58,14 @@ TAKT_LANE_INLINE void stick_friction(const ContactLaw& law, const V4& area, cons
   const V4x3 q{-(k * (x.x - normal_part * n.x) + c * vt.x), -(k * (x.y - normal_part * n.y) + c * vt.y),
                -(k * (x.z - normal_part * n.z) + c * vt.z)};
   V4 size;
-  simd4::dot(q, q, size);
-  simd4::root(size, size);
+  simd4::length(q, size);
   const auto slips = size > limit;
   const V4 share = slips ? limit / size : zero + 1.0;
   to.ft = {share * q.x, share * q.y, share * q.z};
   to.size = slips ? limit : size;
   if constexpr (kDetail == ElementDetail::secant) {
+    V4 speed;
+    simd4::length(vt, speed);
     const V4 bounded = speed > law.friction_velocity_m_per_s ? speed : zero + law.friction_velocity_m_per_s;
     to.kt = on ? (slips ? zero : k) : zero;
     to.ct = on ? (slips ? limit / bounded : c) : zero;
@@ -162,10 +164,6 @@ TAKT_LANE_INLINE void four_forces(const ContactLaw& law, const V4x3& v0, const V
     simd4::dot(n, s_p, along);
     vt.x -= s_p.x - along * n.x, vt.y -= s_p.y - along * n.y, vt.z -= s_p.z - along * n.z;
   }
-  V4 speed;
-  simd4::dot(vt, vt, speed);
-  simd4::root(speed, speed);
-
   Friction friction;
   if constexpr (kStick) {
     V4x3 anchor, x;
@@ -174,14 +172,14 @@ TAKT_LANE_INLINE void four_forces(const ContactLaw& law, const V4x3& v0, const V
     place(X_BA, anchor, x);
     x.x = p.x - x.x, x.y = p.y - x.y, x.z = p.z - x.z;
     simd4::load(rows[Rows::kTied] + i, tied);
-    stick_friction<kDetail>(law, area, n, x, limit, vt, speed, on, friction);
+    stick_friction<kDetail>(law, area, n, x, limit, vt, on, friction);
     if (simd4::total(tied) < 4.0) {
       Friction untied;
-      regularised_friction<kDetail>(law, limit, vt, speed, untied);
+      regularised_friction<kDetail>(law, limit, vt, untied);
       choose(tied == 0.0, untied, friction);
     }
   } else {
-    regularised_friction<kDetail>(law, limit, vt, speed, friction);
+    regularised_friction<kDetail>(law, limit, vt, friction);
   }
   const V4 energy =
       area * ((0.5 * law.stiffness_Pa_per_m) * u * u + (0.2 * hardness * linear_m * linear_m) * (s3 * s * s));
@@ -339,8 +337,7 @@ TAKT_LANE_INLINE void slip_all(const ContactLaw& law, const Transform& X_TB, con
     V4 along, size;
     simd4::dot(stretch, n_T, along);
     const V4x3 q{stretch.x - along * n_T.x, stretch.y - along * n_T.y, stretch.z - along * n_T.z};
-    simd4::dot(q, q, size);
-    simd4::root(size, size);
+    simd4::length(q, size);
     const V4 force = law.tangential_stiffness_Pa_per_m * area * size, limit = law.friction * fn;
     const auto slips = force > limit && tied > 0.0;
     const V4 share = limit / force;

@@ -68,5 +68,9 @@ TAKT_LANE_INLINE void turn(const Transform& X, const V4x3& a, V4x3& to) {
 TAKT_LANE_INLINE void root(const V4& x, V4& to) {
   for (int i = 0; i < 4; ++i) to[i] = std::sqrt(x[i]);
 }
+TAKT_LANE_INLINE void length(const V4x3& a, V4& to) {
+  dot(a, a, to);
+  root(to, to);
+}
 
 }  // namespace takt::simd4

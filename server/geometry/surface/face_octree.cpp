@@ -252,7 +252,7 @@ class FaceOctree::Builder {
   }
 
   void finish(const Cell& cell, const Leaf& leaf) {
-    tree_.children_[cell.place] = ~static_cast<std::int32_t>(tree_.leaves_.size());
+    tree_.children_[cell.place] = -1 - static_cast<std::int32_t>(tree_.leaves_.size());
     tree_.leaves_.push_back(leaf);
   }
 
@@ -368,7 +368,7 @@ bool FaceOctree::is_consistent(std::size_t faces, std::size_t patches) const {
   for (std::size_t i = 0; i < children_.size(); ++i) {
     const std::int32_t node = children_[i];
     if (node < 0) {
-      if (static_cast<std::size_t>(~node) >= leaves_.size()) return false;
+      if (leaf_index(node) >= leaves_.size()) return false;
       continue;
     }
     const auto place = static_cast<std::size_t>(node);
@@ -409,7 +409,7 @@ void FaceOctree::find(std::span<const Vec3> points, std::span<const Leaf*, kBatc
     for (std::size_t i = 0; i < count; ++i) {
       Open& at = open[i];
       if (at.node < 0) {
-        const Leaf* leaf = &leaves_[static_cast<std::size_t>(~at.node)];
+        const Leaf* leaf = &leaves_[leaf_index(at.node)];
         __builtin_prefetch(leaf);
         leaves[at.point] = leaf;
         continue;

@@ -99,6 +99,8 @@ class FaceOctree {
   bool is_consistent(std::size_t faces, std::size_t patches) const;
   static constexpr std::uint32_t kLevels = 20;  ///< most halvings
 
+  /// Of a node that is a leaf.
+  static std::size_t leaf_index(std::int32_t node) { return static_cast<std::size_t>(-1 - node); }
   bool locate(const Vec3& x, std::array<std::uint32_t, 3>& cell) const {
     constexpr double kCells = 1U << kLevels;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -123,7 +125,7 @@ class FaceOctree {
   const Leaf& leaf(const std::array<std::uint32_t, 3>& cell) const {
     std::int32_t node = top(cell);
     for (std::uint32_t shift = kLevels - top_levels_; node >= 0;) node = child(node, cell, --shift);
-    return leaves_[static_cast<std::size_t>(~node)];
+    return leaves_[leaf_index(node)];
   }
 
   Vec3 lower_ = Vec3::Zero();
@@ -131,7 +133,7 @@ class FaceOctree {
   Aabb bounds_;
   std::uint32_t top_levels_ = 0;
   std::vector<std::int32_t> top_;  ///< nodes of the level `top_levels_`
-  /// Of each inner node eight nodes: the place of its children, or ~leaf.
+  /// Of each inner node eight nodes: the place of its children, or -1 less the index of its leaf.
   std::vector<std::int32_t> children_;
   std::vector<Leaf> leaves_;
   std::vector<Near> near_;

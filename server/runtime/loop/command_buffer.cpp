@@ -45,24 +45,19 @@ std::optional<Rejection> CommandBuffer::append(const Command& command, std::uint
     }
     newest = target.newest_stamp;
     const bool older = stamp.given() && stamp < newest;
-    const bool repeated = older && target.accepted(stamp);
-    if (repeated && newest <= present) {
-      if (wake != nullptr) *wake = false;
-      return std::nullopt;
-    }
+    const bool repeated =
+        older && lockstep_.load(std::memory_order_relaxed) && target.has_accepted(stamp);
     // A newest stamp that lies in the future is outvoted by the present, and by two stamps in order.
     const bool outvoted =
-        newest > present &&
-        (stamp <= present || repeated || (target.older_stamp.given() && stamp >= target.older_stamp));
-    const bool stale = older && !outvoted;
+        newest > present && (stamp <= present || (target.older_stamp.given() && stamp >= target.older_stamp));
+    const bool stale = older && !outvoted && !repeated;
     target.older_stamp = stale && newest > present ? stamp : SimTime{};
     if (!stale && waiting_.size() < capacity_) {
       waiting_.push_back({command, index, sender, received_ns, std::move(goal)});
       if (stamp.given() && stamp != newest && !repeated) {
-        target.last_stamps[target.next] = stamp;
+        target.newest_stamp = target.last_stamps[target.next] = stamp;
         target.next = (target.next + 1) % target.last_stamps.size();
       }
-      target.newest_stamp = stamp.given() ? stamp : newest;
       empty_.store(false, std::memory_order_release);
       const bool expected =
           missing_count_ > 0 && missing_[static_cast<std::size_t>(index)] && stamp == expected_stamp_;

@@ -38,8 +38,8 @@ class CommandBuffer {
   /// Any thread. Stores the command for the loop, or returns the reason of a refusal:
   /// - stale: its stamp is older than the newest accepted one of the same robot or gripper and the same
   ///   sender. A stamp from the future (a foreign clock, a forged command) does not make commands with the present or
-  ///   an earlier stamp stale, nor the second of two later ones in order. One of the last kMostLookahead accepted stamps
-  ///   again is a repeat: it is passed over without a refusal, or taken again while its instant lies ahead.
+  ///   an earlier stamp stale, nor the second of two later ones in order. In lockstep one of the sender's last kMostLookahead
+  ///   stamps again is no fault either: a controller repeats its answers, and the loop passes over those it has.
   /// - malformed: the buffer is full, because the loop has not run for that many commands.
   /// `wake`: whether the loop has reason to look, see expect().
   std::optional<Rejection> append(const Command& command, std::uint64_t sender, std::int64_t received_ns,
@@ -58,6 +58,8 @@ class CommandBuffer {
   /// Loop thread: the present simulated time, for the rule about stamps.
   SimTime present() const { return {present_ns_.load(std::memory_order_relaxed)}; }
   void set_present(SimTime present) { present_ns_.store(present.ns, std::memory_order_relaxed); }
+  /// Loop thread: whether the cell is in lockstep, likewise.
+  void set_lockstep(bool lockstep) { lockstep_.store(lockstep, std::memory_order_relaxed); }
 
   /// Loop thread, on a reset: discards waiting commands and the newest stamps.
   void forget();
@@ -66,7 +68,7 @@ class CommandBuffer {
 
  private:
   struct Target {
-    bool accepted(SimTime stamp) const { return std::ranges::find(last_stamps, stamp) != last_stamps.end(); }
+    bool has_accepted(SimTime stamp) const { return std::ranges::find(last_stamps, stamp) != last_stamps.end(); }
 
     SimTime newest_stamp;
     std::array<SimTime, kMostLookahead> last_stamps{};  ///< that were accepted from the sender: a ring
@@ -79,6 +81,7 @@ class CommandBuffer {
   const CellDescription& cell_;
   const std::size_t capacity_;
   std::atomic<std::int64_t> present_ns_{0};
+  std::atomic<bool> lockstep_{false};
   std::atomic<bool> empty_{true};
   std::mutex mutex_;
   std::vector<ReceivedCommand> waiting_;  // guarded by mutex_

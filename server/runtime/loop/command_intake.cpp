@@ -22,6 +22,7 @@ CommandIntake::CommandIntake(LoopContext& loop, LockstepBarrier& barrier, GoalMo
 
 void CommandIntake::collect() {
   const bool lockstep = loop_.pace == Pace::lockstep;
+  buffer_.set_lockstep(lockstep);
   // An appending thread wakes the loop afterwards. If steps are counted and not timed, a step must contain
   // every earlier command.
   buffer_.take_all(incoming_, lockstep || !loop_.plays());

@@ -16,7 +16,8 @@ struct SimTime {
   bool given() const { return ns >= 0; }
   /// The double nearest to the stamp, so that 300 ms are 0.3 s; -1 without a stamp.
   double seconds() const { return given() ? static_cast<double>(ns) / 1e9 : -1.0; }
-  friend auto operator<=>(const SimTime&, const SimTime&) = default;
+  friend bool operator==(const SimTime&, const SimTime&) = default;
+  friend auto operator<=>(const SimTime& a, const SimTime& b) { return a.ns <=> b.ns; }
 };
 
 }  // namespace takt
