@@ -232,7 +232,7 @@ class FaceOctree::Builder {
       return;
     }
     // The difference of two planes is linear: it is largest at a corner of the cell.
-    double offset_m = -INFINITY;
+    double offset_m = -std::numeric_limits<double>::infinity();
     for (const Candidate& c : found_) {
       const Vec3 difference = normal - plane(c).normal;
       offset_m = std::max(offset_m,

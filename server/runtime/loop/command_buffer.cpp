@@ -45,8 +45,7 @@ std::optional<Rejection> CommandBuffer::append(const Command& command, std::uint
     }
     newest = target.newest_stamp;
     const bool older = stamp.given() && stamp < newest;
-    const bool repeated =
-        older && lockstep_.load(std::memory_order_relaxed) && target.has_accepted(stamp);
+    const bool repeated = older && lockstep_.load(std::memory_order_relaxed) && target.has_accepted(stamp);
     // A newest stamp that lies in the future is outvoted by the present, and by two stamps in order.
     const bool outvoted =
         newest > present && (stamp <= present || (target.older_stamp.given() && stamp >= target.older_stamp));

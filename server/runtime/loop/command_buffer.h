@@ -68,7 +68,9 @@ class CommandBuffer {
 
  private:
   struct Target {
-    bool has_accepted(SimTime stamp) const { return std::ranges::find(last_stamps, stamp) != last_stamps.end(); }
+    bool has_accepted(SimTime stamp) const {
+      return std::ranges::find(last_stamps, stamp) != last_stamps.end();
+    }
 
     SimTime newest_stamp;
     std::array<SimTime, kMostLookahead> last_stamps{};  ///< that were accepted from the sender: a ring
