@@ -45,10 +45,14 @@ class Axis {
     double step = power;
     for (const double factor : {2.0, 5.0, 10.0})
       if (step < raw) step = factor * power;
-    lower_ = step * std::floor(least / step + 1e-9);
-    upper_ = step * std::ceil(most / step - 1e-9);
-    for (double v = lower_; v <= upper_ + 1e-9 * step; v += step)
-      ticks_.push_back({part(v), number_text(std::abs(v) < 1e-9 * step ? 0.0 : v, 6)});
+    const auto first = std::llround(std::floor(least / step + 1e-9)),
+               last = std::llround(std::ceil(most / step - 1e-9));
+    lower_ = step * static_cast<double>(first);
+    upper_ = step * static_cast<double>(last);
+    for (auto k = first; k <= last; ++k) {
+      const double v = step * static_cast<double>(k);
+      ticks_.push_back({part(v), number_text(v, 6)});
+    }
   }
 
   /// Ticks at 1, 2 and 5 times powers of ten, or at powers alone where these are many.
