@@ -30,8 +30,7 @@ TEST(SvgPlot, TicksAreMultiplesOfRoundSteps) {
 
 // A step is then smaller than the distance of two numbers of their size.
 TEST(SvgPlot, ValuesThatDifferInTheirLastDigitHaveTicksToo) {
-  const std::string svg = picture(1e9, std::nextafter(1e9, 2e9));
-  EXPECT_TRUE(has_tick(svg, "1e+09") || has_tick(svg, "1000000000")) << svg;
+  EXPECT_TRUE(has_tick(picture(1e9, std::nextafter(1e9, 2e9)), "1e+09"));
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numeric>
 #include <utility>
@@ -307,7 +308,7 @@ class RegionSampler {
   }
 
   void choose_cells() {
-    Vec2 upper = Vec2::Constant(-INFINITY);
+    Vec2 upper = Vec2::Constant(-std::numeric_limits<double>::infinity());
     lower_ = -upper;
     for (const std::int32_t f : region_.faces)
       for (const Vec3& c : data_.corners(face(f)))
@@ -458,7 +459,7 @@ class RegionSampler {
       for (const Fragment& part : fragments) take({part}, depth);
       return;
     }
-    Vec2 upper = Vec2::Constant(-INFINITY), lower = -upper;
+    Vec2 upper = Vec2::Constant(-std::numeric_limits<double>::infinity()), lower = -upper;
     for (const Fragment& part : fragments)
       for (const Vec2& p : part.polygon) lower = lower.cwiseMin(p), upper = upper.cwiseMax(p);
     const Eigen::Index axis = upper.x() - lower.x() >= upper.y() - lower.y() ? 0 : 1;
