@@ -38,7 +38,7 @@ def test_outputs_and_inputs_are_gripper_and_state(robot, opened):
     assert list(state["actual_q"]) == pytest.approx(list(cell.state.robot("Robot1").position), abs=1e-6)
     client.send("U", bytes([1, 1, 1]))
     client.wait(lambda s: s["actual_digital_input_bits"] & 1)
-    assert cell.state.gripper("Gripper1").closed
+    assert cell.wait_for_state(lambda s: s.gripper("Gripper1").closed, timeout=PATIENCE_S)
     client.send("U", bytes([1, 1, 0]))
     client.wait(lambda s: not s["actual_digital_input_bits"] & 1)
 
@@ -78,7 +78,8 @@ def test_servo_set_points_move_the_robot_and_silence_ends_the_program(robot, ope
     state = client.wait(lambda s: abs(s["actual_q"][5] - s["target_q"][5]) < 1e-6)
     assert state["actual_q"][5] == pytest.approx(end, abs=1e-3)
     assert driver.sockets["reverse_socket"].recv(1) == b"", "the program closes its sockets"
-    assert cell.state.robot("Robot1").position[5] == pytest.approx(state["actual_q"][5], abs=1e-3)
+    end = state["actual_q"][5]
+    assert cell.wait_for_state(lambda s: abs(s.robot("Robot1").position[5] - end) < 1e-3, timeout=PATIENCE_S)
 
 
 def test_servo_control_goes_on_after_a_pause_of_the_cell(robot, opened):
@@ -161,8 +162,8 @@ def test_another_robot_follows_the_controller(robot, opened, tmp_path):
     q = list(client.wait(lambda s: s["runtime_state"] == 2)["actual_q"])
     assert driver.trajectory([(q[:4] + [q[4] + 0.2] + q[5:], 0.5)]) == 0
     end = client.wait(lambda s: abs(s["actual_q"][4] - q[4] - 0.2) < 1e-4)["actual_q"]
-    while list(cell.state.robot("Robot2").position) != pytest.approx(list(end), abs=1e-3):
-        client.wait(lambda s: True)
+    end = pytest.approx(list(end), abs=1e-3)
+    assert cell.wait_for_state(lambda s: list(s.robot("Robot2").position) == end, timeout=PATIENCE_S)
 
 
 def test_a_hostile_client_is_closed_and_the_robot_stays(robot, opened):
@@ -243,8 +244,8 @@ def test_a_client_of_robotiqs_urcap_closes_and_opens_the_gripper(robot, second):
     assert (client.get("STA"), client.get("FLT")) == (3, 0)
     for position in (255, 0, 100, 0):
         assert client.move(position) == (pytest.approx(position, abs=2), 3)
-        width, most = cell.state.gripper("Gripper2").width, cell.info.grippers["Gripper2"].max_width
-        assert width == pytest.approx(most * (1 - position / 255), abs=1e-3)
+        width = cell.info.grippers["Gripper2"].max_width * (1 - position / 255)
+        assert cell.wait_for_state(lambda s: abs(s.gripper("Gripper2").width - width) < 1e-3, timeout=PATIENCE_S)
 
 
 def test_read_only_interfaces_have_the_states_and_take_no_programs(robot, second, opened):
