@@ -360,9 +360,10 @@ Image rasterise(const Scene& scene, const Camera& camera) {
   std::vector<Rgb> mean(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   const Rgb top = linear(scene.background_top), bottom = linear(scene.background_bottom);
   std::vector<std::array<double, 2>> shifts;
-  for (std::size_t s = 0; s < all; ++s)
-    shifts.push_back({(static_cast<int>(s) % samples + 0.5) / samples - 0.5,
-                      (static_cast<int>(s) / samples + 0.5) / samples - 0.5});
+  shifts.reserve(all);
+  for (int across = 0; across < samples; ++across)
+    for (int along = 0; along < samples; ++along)
+      shifts.push_back({(along + 0.5) / samples - 0.5, (across + 0.5) / samples - 0.5});
   const Pose X_WC = view.X_CW.inverse();
   Projection projection(view);
   for (std::size_t k = 0; k < faces.size(); ++k) projection.add(faces[k].p_W, static_cast<int>(k));

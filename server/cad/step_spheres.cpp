@@ -137,7 +137,7 @@ void turn_poles_from_borders(const Interface_InterfaceModel& model) {
   std::map<const Standard_Transient*, Borders> spheres;
   std::set<const Standard_Transient*> with_pcurves;
   for (int i = 1; i <= model.NbEntities(); ++i) {
-    const Handle(Standard_Transient) entity = model.Value(i);
+    const Handle(Standard_Transient)& entity = model.Value(i);
     if (const auto pcurve = Handle(StepGeom_Pcurve)::DownCast(entity); !pcurve.IsNull())
       with_pcurves.insert(pcurve->BasisSurface().get());
     const auto face = Handle(StepShape_FaceSurface)::DownCast(entity);

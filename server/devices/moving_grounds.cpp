@@ -137,8 +137,12 @@ void build(const ScenarioTurntable& s, DeviceBuilder& b) {
   p.axis_W = s.axis_W.normalized();
   p.center_W = s.center_W;
   constexpr double kEndless = std::numeric_limits<double>::infinity();
-  p.lower = s.range_rad ? (*s.range_rad)[0] : -kEndless;
-  p.upper = s.range_rad ? (*s.range_rad)[1] : kEndless;
+  p.lower = -kEndless;
+  p.upper = kEndless;
+  if (s.range_rad) {
+    p.lower = s.range_rad->front();
+    p.upper = s.range_rad->back();
+  }
   p.start = s.position_rad;
   p.forward_speed = p.backward_speed = s.max_speed_rad_per_s;
   p.acceleration = s.max_acceleration_rad_per_s2;

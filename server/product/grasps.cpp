@@ -55,7 +55,7 @@ class TopView {
                  high = cell(t[0].cwiseMax(t[1]).cwiseMax(t[2]).head<2>());
       for (int i = low.x(); i <= high.x(); ++i)
         for (int j = low.y(); j <= high.y(); ++j)
-          cells_[static_cast<std::size_t>(i * kCells + j)].push_back(k);
+          cells_[static_cast<std::size_t>(i) * kCells + static_cast<std::size_t>(j)].push_back(k);
     }
   }
 
@@ -63,7 +63,8 @@ class TopView {
     std::optional<double> highest;
     if ((at.array() < from_.array()).any() || (at.array() > (from_ + size_).array()).any()) return highest;
     const Eigen::Vector2i c = cell(at);
-    for (const std::size_t k : cells_[static_cast<std::size_t>(c.x() * kCells + c.y())]) {
+    for (const std::size_t k :
+         cells_[static_cast<std::size_t>(c.x()) * kCells + static_cast<std::size_t>(c.y())]) {
       const Triangle& t = triangles_[k];
       if (!covers(t, at.x(), at.y(), 1.0)) continue;
       const Vec3 n = normal_of(t);

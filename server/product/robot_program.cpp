@@ -273,33 +273,38 @@ std::string robot_description(const RobotPlan& plan) {
   const char* const names[] = {"slide_x", "slide_y", "slide_z", "turn_z", "turn_y", "turn_x"};
   const char* const axes[] = {"1 0 0", "0 1 0", "0 0 1", "0 0 1", "0 1 0", "1 0 0"};
   const double size = 0.3 * plan.gripper.finger_length_m;
-  std::string parent = "base_link";
-  for (int k = 0; k < 6; ++k) {
-    const std::string link = std::string(names[k]) + "_link";
-    text += "  <link name=\"" + link +
-            "\">\n    <inertial><mass value=\"2\"/><inertia ixx=\"0.01\" iyy=\"0.01\" "
-            "izz=\"0.01\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial>\n";
+  const auto axis = [&](int k, const std::string& parent, const std::string& link) {
+    std::string made = "  <link name=\"" + link +
+                       "\">\n    <inertial><mass value=\"2\"/><inertia ixx=\"0.01\" iyy=\"0.01\" "
+                       "izz=\"0.01\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial>\n";
     if (k == 5)
-      text += "    <visual><geometry><box size=\"" + number(size) + " " + number(size) + " " + number(size) +
+      made += "    <visual><geometry><box size=\"" + number(size) + " " + number(size) + " " + number(size) +
               "\"/></geometry></visual>\n";
-    text += "  </link>\n  <joint name=\"" + std::string(names[k]) + "\" " + "type=\"" +
+    made += "  </link>\n  <joint name=\"" + std::string(names[k]) + "\" type=\"" +
             std::string(type(k < 3 ? JointType::prismatic : JointType::revolute)) + "\"" +
             ">\n    <parent link=\"" + parent + "\"/><child link=\"" + link + "\"/><axis xyz=\"" + axes[k] +
             "\"/>\n    <limit lower=\"" + number(k < 3 ? -reach : -12.5) + "\" upper=\"" +
             number(k < 3 ? reach : 12.5) + "\" effort=\"" + (k < 3 ? "2000" : "200") + "\" velocity=\"" +
             number(k < 3 ? pace_of(plan) * kJointSpeed_m_per_s : kJointSpeed_rad_per_s) +
             "\"/>\n  </joint>\n";
+    return made;
+  };
+  std::string parent = "base_link";
+  for (int k = 0; k < 6; ++k) {
+    const std::string link = std::string(names[k]) + "_link";
+    text += axis(k, parent, link);
     parent = link;
   }
   const Vec3 a = angles(mount());
-  std::string arm;
-  for (std::size_t k = 0; k < plan.gripper.cups_m.size(); ++k) {
+  const auto arm_of_cup = [&](std::size_t k) {
     const Pose cup = cup_mount(plan.gripper, k);
     const std::string thick = number(0.5 * plan.gripper.cups_m[k]);
-    arm += "<visual><origin xyz=\"" + number(0.5 * cup.p.x()) + " 0 " + number(cup.p.z()) +
+    return "<visual><origin xyz=\"" + number(0.5 * cup.p.x()) + " 0 " + number(cup.p.z()) +
            "\"/><geometry><box size=\"" + number(std::abs(cup.p.x())) + " " + thick + " " + thick +
            "\"/></geometry></visual>";
-  }
+  };
+  std::string arm;
+  for (std::size_t k = 0; k < plan.gripper.cups_m.size(); ++k) arm += arm_of_cup(k);
   text += "  <link name=\"tool0\">" + arm +
           "</link>\n  <joint name=\"tool\" type=\"fixed\">\n    <parent link=\"" + parent +
           "\"/><child link=\"tool0\"/><origin xyz=\"0 0 0\" rpy=\"" + number(a.x()) + " " + number(a.y()) +

@@ -25,8 +25,9 @@ class Grid {
 
   static std::size_t count() { return static_cast<std::size_t>(kCells) * kCells; }
   Vec3 lower(std::size_t cell) const {
-    const auto i = static_cast<double>(cell / kCells), j = static_cast<double>(cell % kCells);
-    return {from_.x() + i * size_.x(), from_.y() + j * size_.y(), 0.0};
+    const std::size_t i = cell / kCells, j = cell % kCells;
+    return {from_.x() + static_cast<double>(i) * size_.x(), from_.y() + static_cast<double>(j) * size_.y(),
+            0.0};
   }
   Vec3 size() const { return {size_.x(), size_.y(), 0.0}; }
 
@@ -64,6 +65,7 @@ class Grid {
       });
     }
     std::vector<bool> result;
+    result.reserve(covered.size());
     for (const int places : covered) result.push_back(places == (whole ? 31 : 1));
     return result;
   }
@@ -76,7 +78,8 @@ class Grid {
     const auto [i0, i1] = range(low.x(), high.x(), 0);
     const auto [j0, j1] = range(low.y(), high.y(), 1);
     for (int i = i0; i <= i1; ++i)
-      for (int j = j0; j <= j1; ++j) visit(static_cast<std::size_t>(i * kCells + j), low.z(), high.z());
+      for (int j = j0; j <= j1; ++j)
+        visit(static_cast<std::size_t>(i) * kCells + static_cast<std::size_t>(j), low.z(), high.z());
   }
   std::pair<int, int> range(double low, double high, int axis) const {
     const auto cell = [&](double x) {
@@ -131,6 +134,7 @@ std::vector<Place> places_under(const std::vector<PlacedInstance>& placed, std::
           return sx * from.x() + sy * from.y() < sx * to.x() + sy * to.y();
         }));
     std::vector<Place> result;
+    result.reserve(chosen.size());
     for (const std::size_t c : chosen) result.push_back(place(c));
     return result;
   }

@@ -38,7 +38,7 @@ class PacketCopy {
   std::span<std::uint8_t> take(std::span<const std::uint8_t> packet, std::size_t readable_behind) {
     const std::size_t wanted = packet.size() + readable_behind;
     if (wanted > capacity_) grow(wanted + (1U << 16U));
-    std::memcpy(pages_, packet.data(), packet.size());
+    if (!packet.empty()) std::memcpy(pages_, packet.data(), packet.size());
     written_ = std::max(written_, packet.size());
     return {pages_, packet.size()};
   }
@@ -338,7 +338,9 @@ class GuardTransport final : public ChainedTransport {
 struct GuardTransportDescriptor final : public transports::ChainingTransportDescriptor {
   GuardTransportDescriptor(std::shared_ptr<transports::TransportDescriptorInterface> low_level,
                            std::shared_ptr<PacketGuard> packet_guard, SamplePorts sample_ports)
-      : ChainingTransportDescriptor(low_level), guard(std::move(packet_guard)), ports(sample_ports) {}
+      : ChainingTransportDescriptor(std::move(low_level)),
+        guard(std::move(packet_guard)),
+        ports(sample_ports) {}
   transports::TransportInterface* create_transport() const override {
     const auto* this_machine = dynamic_cast<const ThisMachineUdp*>(low_level_descriptor.get());
     return new GuardTransport(*this, guard, this_machine, ports);

@@ -134,7 +134,7 @@ product::CellFiles write_standing_cell(product::CellWriter& writer, const produc
     return writer.write_cell(plan);
   };
   while (true) {
-    const product::CellFiles files = writer.write_cell(plan);
+    product::CellFiles files = writer.write_cell(plan);
     std::map<std::size_t, std::string> fallen;
     try {
       fallen = fallen_parts(product, files.scenario);
