@@ -1,6 +1,6 @@
 // K and D of contact elements: sums of outer products of their directions, kept as twelve or fewer sums at a
 // time so that they stay in registers.
-#include "server/contact/surface/contact_elements.h"
+#include "server/contact/surface/element_factors.h"
 #include "server/contact/surface/simd4.h"
 
 namespace takt {
@@ -9,11 +9,7 @@ namespace {
 using simd4::V4;
 using simd4::V4x3;
 using Rows = ElementRows;
-
-/// Sum of c (1, p, p p^T), for isotropic stiffness at p.
-struct PointSums {
-  V4 c{}, x{}, y{}, z{}, xx{}, yy{}, zz{}, xy{}, xz{}, yz{};
-};
+using Factors = ElementFactors;
 
 TAKT_LANE_INLINE void add_point(const V4& c, const V4x3& p, PointSums& s) {
   const V4 x = c * p.x, y = c * p.y, z = c * p.z;
@@ -45,11 +41,6 @@ TAKT_LANE_INLINE void screw(const V4x3& direction, const V4x3& p, V4 (&to)[6]) {
   to[3] = m.x, to[4] = m.y, to[5] = m.z;
 }
 
-/// Upper triangles of two symmetric matrices.
-struct SymmetricSums {
-  V4 k[21]{}, d[21]{};
-};
-
 template <bool kBoth>
 TAKT_LANE_INLINE void add_symmetric(const V4 (&s)[6], const V4& k, const V4& d, SymmetricSums& sums) {
   int at = 0;
@@ -75,41 +66,43 @@ void fold(const V4 (&sums)[21], Mat6& to) {
 }
 
 template <bool kStick>
-TAKT_LANE_INLINE void secant(const ElementRows& rows, Mat6& K, Mat6& D) {
-  SymmetricSums normal;
-  PointSums k_point, d_point;
-  for (std::size_t i = 0; i < rows.padded(); i += 4) {
+TAKT_LANE_INLINE void secant(const ElementRows& rows, const ElementFactors& factors, std::size_t begin,
+                             std::size_t end, JacobianSums& to) {
+  SymmetricSums normal = to.normal;
+  PointSums k_point = to.k_point, d_point = to.d_point;
+  for (std::size_t i = begin; i < end; i += 4) {
+    const std::size_t at = i - begin;
     V4x3 p, n;
     V4 kn, cn, kt, ct;
     simd4::load(rows[Rows::kPx] + i, rows[Rows::kPy] + i, rows[Rows::kPz] + i, p);
     simd4::load(rows[Rows::kNx] + i, rows[Rows::kNy] + i, rows[Rows::kNz] + i, n);
     simd4::load(rows[Rows::kKn] + i, kn);
     simd4::load(rows[Rows::kCn] + i, cn);
-    simd4::load(rows[Rows::kCt] + i, ct);
+    simd4::load(factors[Factors::kCt] + at, ct);
     V4 s[6];
     screw(n, p, s);
     if constexpr (kStick) {
-      simd4::load(rows[Rows::kKt] + i, kt);
+      simd4::load(factors[Factors::kKt] + at, kt);
       add_point(kt, p, k_point);
       kn -= kt;
     }
     add_point(ct, p, d_point);
     add_symmetric<true>(s, kn, cn - ct, normal);
   }
+  to.normal = normal, to.k_point = k_point, to.d_point = d_point;
+}
+
+void finish_secant(bool stick, const JacobianSums& sums, Mat6& K, Mat6& D) {
   K.setZero(), D.setZero();
-  fold(normal.k, K), fold(normal.d, D);
-  if constexpr (kStick) K += all_directions(k_point);
-  D += all_directions(d_point);
+  fold(sums.normal.k, K), fold(sums.normal.d, D);
+  if (stick) K += all_directions(sums.k_point);
+  D += all_directions(sums.d_point);
   K = -K, D = -D;
 }
 
-struct FullSums {
-  V4 k[36]{}, d[36]{};
-};
-
 /// k += m row^T, d += m2 row2^T
 TAKT_LANE_INLINE void add_outer(const V4 (&m)[6], const V4 (&row)[6], const V4 (&m2)[6], const V4 (&row2)[6],
-                                FullSums& sums) {
+                                JacobianSums& sums) {
 #pragma GCC unroll 6
   for (int i = 0; i < 6; ++i) {
 #pragma GCC unroll 6
@@ -121,25 +114,23 @@ TAKT_LANE_INLINE void add_outer(const V4 (&m)[6], const V4 (&row)[6], const V4 (
 }
 
 template <bool kStick>
-TAKT_LANE_INLINE void tangent(const Twist& V_B, const ElementRows& rows, Mat6& K, Mat6& D) {
+TAKT_LANE_INLINE void tangent(const Twist& V_B, const ElementRows& rows, const ElementFactors& factors,
+                              std::size_t begin, std::size_t end, JacobianSums& to) {
   const V4 zero{};
   const V4x3 w{zero + V_B.w.x(), zero + V_B.w.y(), zero + V_B.w.z()};
-  FullSums full;
-  SymmetricSums normal, along;
-  PointSums k_point, d_point;
-  // Sums of the elements' forces, and of p f^T.
-  V4 forces[3]{}, turned[9]{};
-  for (std::size_t i = 0; i < rows.padded(); i += 4) {
+  JacobianSums sums = to;
+  for (std::size_t i = begin; i < end; i += 4) {
+    const std::size_t at = i - begin;
     V4x3 p, n, t, change, f;
     V4 kn, cn, kt, ct, ktt, ctt;
     simd4::load(rows[Rows::kPx] + i, rows[Rows::kPy] + i, rows[Rows::kPz] + i, p);
     simd4::load(rows[Rows::kNx] + i, rows[Rows::kNy] + i, rows[Rows::kNz] + i, n);
-    simd4::load(rows[Rows::kTx] + i, rows[Rows::kTy] + i, rows[Rows::kTz] + i, t);
-    simd4::load(rows[Rows::kFx] + i, rows[Rows::kFy] + i, rows[Rows::kFz] + i, change);
-    simd4::load(rows[Rows::kSx] + i, rows[Rows::kSy] + i, rows[Rows::kSz] + i, f);
+    simd4::load(factors[Factors::kTx] + at, factors[Factors::kTy] + at, factors[Factors::kTz] + at, t);
+    simd4::load(factors[Factors::kFx] + at, factors[Factors::kFy] + at, factors[Factors::kFz] + at, change);
+    simd4::load(factors[Factors::kSx] + at, factors[Factors::kSy] + at, factors[Factors::kSz] + at, f);
     simd4::load(rows[Rows::kKn] + i, kn), simd4::load(rows[Rows::kCn] + i, cn);
-    simd4::load(rows[Rows::kKt] + i, kt), simd4::load(rows[Rows::kCt] + i, ct);
-    simd4::load(rows[Rows::kKtt] + i, ktt), simd4::load(rows[Rows::kCtt] + i, ctt);
+    simd4::load(factors[Factors::kKt] + at, kt), simd4::load(factors[Factors::kCt] + at, ct);
+    simd4::load(factors[Factors::kKtt] + at, ktt), simd4::load(factors[Factors::kCtt] + at, ctt);
 
     // The normal force with displacement of the centroid: penetration, and the normal velocity of a
     // point that moves on in the field of velocities. The normal belongs to the Target.
@@ -152,57 +143,76 @@ TAKT_LANE_INLINE void tangent(const Twist& V_B, const ElementRows& rows, Mat6& K
     screw({change.x - n.x, change.y - n.y, change.z - n.z}, p, force);
     screw(n, p, s);
     for (int j = 0; j < 6; ++j) scaled[j] = cn * s[j];
-    add_outer(force, row, force, scaled, full);
+    add_outer(force, row, force, scaled, sums);
     // Friction with displacement and velocity: in the tangential plane, less along t.
-    add_symmetric<kStick>(s, kt, ct, normal);
+    add_symmetric<kStick>(s, kt, ct, sums.normal);
     screw(t, p, sliding);
-    add_symmetric<kStick>(sliding, ktt, ctt, along);
-    if constexpr (kStick) add_point(kt, p, k_point);
-    add_point(ct, p, d_point);
-    forces[0] += f.x, forces[1] += f.y, forces[2] += f.z;
-    turned[0] += p.x * f.x, turned[1] += p.x * f.y, turned[2] += p.x * f.z;
-    turned[3] += p.y * f.x, turned[4] += p.y * f.y, turned[5] += p.y * f.z;
-    turned[6] += p.z * f.x, turned[7] += p.z * f.y, turned[8] += p.z * f.z;
+    add_symmetric<kStick>(sliding, ktt, ctt, sums.along);
+    if constexpr (kStick) add_point(kt, p, sums.k_point);
+    add_point(ct, p, sums.d_point);
+    sums.forces[0] += f.x, sums.forces[1] += f.y, sums.forces[2] += f.z;
+    sums.turned[0] += p.x * f.x, sums.turned[1] += p.x * f.y, sums.turned[2] += p.x * f.z;
+    sums.turned[3] += p.y * f.x, sums.turned[4] += p.y * f.y, sums.turned[5] += p.y * f.z;
+    sums.turned[6] += p.z * f.x, sums.turned[7] += p.z * f.y, sums.turned[8] += p.z * f.z;
   }
-  K.setZero(), D.setZero();
-  fold(normal.k, K), fold(along.k, K), fold(normal.d, D), fold(along.d, D);
-  if constexpr (kStick) K -= all_directions(k_point);
-  D -= all_directions(d_point);
-  for (int i = 0; i < 6; ++i)
-    for (int j = 0; j < 6; ++j) {
-      K(i, j) += simd4::total(full.k[6 * i + j]);
-      D(i, j) += simd4::total(full.d[6 * i + j]);
-    }
-  // Forces keep their directions while their points move with the Base: dM = (a + w x p) x f.
-  const double x = simd4::total(forces[0]), y = simd4::total(forces[1]), z = simd4::total(forces[2]);
-  K(3, 1) += z, K(3, 2) -= y, K(4, 0) -= z, K(4, 2) += x, K(5, 0) += y, K(5, 1) -= x;
-  const double trace = simd4::total(turned[0]) + simd4::total(turned[4]) + simd4::total(turned[8]);
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) K(3 + i, 3 + j) += simd4::total(turned[3 * i + j]) - (i == j ? trace : 0.0);
+  to = sums;
 }
 
-TAKT_LANE_VARIANTS void regularised_secant(const ElementRows& rows, Mat6& K, Mat6& D) {
-  secant<false>(rows, K, D);
+void finish_tangent(bool stick, const JacobianSums& sums, Mat6& K, Mat6& D) {
+  K.setZero(), D.setZero();
+  fold(sums.normal.k, K), fold(sums.along.k, K), fold(sums.normal.d, D), fold(sums.along.d, D);
+  if (stick) K -= all_directions(sums.k_point);
+  D -= all_directions(sums.d_point);
+  for (int i = 0; i < 6; ++i)
+    for (int j = 0; j < 6; ++j) {
+      K(i, j) += simd4::total(sums.k[6 * i + j]);
+      D(i, j) += simd4::total(sums.d[6 * i + j]);
+    }
+  // Forces keep their directions while their points move with the Base: dM = (a + w x p) x f.
+  const double x = simd4::total(sums.forces[0]), y = simd4::total(sums.forces[1]),
+               z = simd4::total(sums.forces[2]);
+  K(3, 1) += z, K(3, 2) -= y, K(4, 0) -= z, K(4, 2) += x, K(5, 0) += y, K(5, 1) -= x;
+  const double trace =
+      simd4::total(sums.turned[0]) + simd4::total(sums.turned[4]) + simd4::total(sums.turned[8]);
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j)
+      K(3 + i, 3 + j) += simd4::total(sums.turned[3 * i + j]) - (i == j ? trace : 0.0);
 }
-TAKT_LANE_VARIANTS void stick_secant(const ElementRows& rows, Mat6& K, Mat6& D) {
-  secant<true>(rows, K, D);
-}
-TAKT_LANE_VARIANTS void regularised_tangent(const Twist& V_B, const ElementRows& rows, Mat6& K, Mat6& D) {
-  tangent<false>(V_B, rows, K, D);
-}
-TAKT_LANE_VARIANTS void stick_tangent(const Twist& V_B, const ElementRows& rows, Mat6& K, Mat6& D) {
-  tangent<true>(V_B, rows, K, D);
+
+#define TAKT_ELEMENT_SECANT(name, stick)                                                                  \
+  TAKT_LANE_VARIANTS void name(const ElementRows& rows, const ElementFactors& factors, std::size_t begin, \
+                               std::size_t end, JacobianSums& sums) {                                     \
+    secant<stick>(rows, factors, begin, end, sums);                                                       \
+  }
+#define TAKT_ELEMENT_TANGENT(name, stick)                                                                \
+  TAKT_LANE_VARIANTS void name(const Twist& V_B, const ElementRows& rows, const ElementFactors& factors, \
+                               std::size_t begin, std::size_t end, JacobianSums& sums) {                 \
+    tangent<stick>(V_B, rows, factors, begin, end, sums);                                                \
+  }
+TAKT_ELEMENT_SECANT(regularised_secant, false)
+TAKT_ELEMENT_SECANT(stick_secant, true)
+TAKT_ELEMENT_TANGENT(regularised_tangent, false)
+TAKT_ELEMENT_TANGENT(stick_tangent, true)
+#undef TAKT_ELEMENT_SECANT
+#undef TAKT_ELEMENT_TANGENT
+
+bool sticks(const ContactLaw& law) {
+  return law.friction_law == FrictionLaw::stick;
 }
 
 }  // namespace
 
-void element_jacobian(const ContactLaw& law, const Twist& V_B, ElementDetail detail, const ElementRows& rows,
-                      Mat6& K, Mat6& D) {
-  const bool stick = law.friction_law == FrictionLaw::stick;
+void add_to_jacobian(const ContactLaw& law, const Twist& V_B, ElementDetail detail, const ElementRows& rows,
+                     const ElementFactors& factors, std::size_t begin, std::size_t end, JacobianSums& sums) {
   if (detail == ElementDetail::tangent)
-    stick ? stick_tangent(V_B, rows, K, D) : regularised_tangent(V_B, rows, K, D);
+    (sticks(law) ? stick_tangent : regularised_tangent)(V_B, rows, factors, begin, end, sums);
   else
-    stick ? stick_secant(rows, K, D) : regularised_secant(rows, K, D);
+    (sticks(law) ? stick_secant : regularised_secant)(rows, factors, begin, end, sums);
+}
+
+void finish_jacobian(const ContactLaw& law, ElementDetail detail, const JacobianSums& sums, Mat6& K,
+                     Mat6& D) {
+  (detail == ElementDetail::tangent ? finish_tangent : finish_secant)(sticks(law), sums, K, D);
 }
 
 }  // namespace takt

@@ -1,7 +1,9 @@
 #include "server/contact/surface/contact_elements.h"
 
+#include <algorithm>
 #include <cmath>
 
+#include "server/contact/surface/element_factors.h"
 #include "server/contact/surface/simd4.h"
 
 namespace takt {
@@ -17,7 +19,7 @@ struct Sums {
   V4 elements{}, area{}, normal{}, friction{}, pressure{}, depth{}, energy{};
 };
 
-/// Of four elements: friction, its size, and what the Jacobian needs of it (ElementRows).
+/// Of four elements: friction, its size, and what the Jacobian needs of it (ElementFactors).
 struct Friction {
   V4x3 ft;
   V4 size;
@@ -141,11 +143,11 @@ TAKT_LANE_INLINE void load_anchors(const ElementRows& rows, std::size_t i, V4x3&
   simd4::load(rows[Rows::kAx] + i, rows[Rows::kAy] + i, rows[Rows::kAz] + i, to);
 }
 
-/// Four elements from `i` on. `s0`, `sw`: velocity of the Target's surface (kBelt). `X_BA`: frame of the anchors (kStick).
+/// Four elements from `i` on, and, for a Jacobian, their factors from `at` on. `s0`, `sw`: velocity of the Target's surface (kBelt). `X_BA`: frame of the anchors (kStick).
 template <bool kStick, ElementDetail kDetail, bool kBelt>
 TAKT_LANE_INLINE void four_forces(const ContactLaw& law, const V4x3& v0, const V4x3& w, const V4x3& s0,
                                   const V4x3& sw, const Transform& X_BA, ElementRows& rows, std::size_t i,
-                                  Sums& sums) {
+                                  ElementFactors* factors, std::size_t at, Sums& sums) {
   const V4 zero{};
   Normal normal;
   normal_forces(law, v0, w, rows, i, normal);
@@ -207,33 +209,41 @@ TAKT_LANE_INLINE void four_forces(const ContactLaw& law, const V4x3& v0, const V
                : area * (law.areal_damping_N_s_per_m3 * rate * (1.0 / law.damping_depth_m));
     simd4::store(on ? k : zero, rows[Rows::kKn] + i);
     simd4::store(on ? c : zero, rows[Rows::kCn] + i);
-    simd4::store(friction.kt, rows[Rows::kKt] + i);
-    simd4::store(friction.ct, rows[Rows::kCt] + i);
+    using F = ElementFactors;
+    simd4::store(friction.kt, (*factors)[F::kKt] + at);
+    simd4::store(friction.ct, (*factors)[F::kCt] + at);
   }
   if constexpr (kDetail == ElementDetail::tangent) {
-    simd4::store(friction.ktt, rows[Rows::kKtt] + i);
-    simd4::store(friction.ctt, rows[Rows::kCtt] + i);
-    simd4::store(friction.t.x, rows[Rows::kTx] + i), simd4::store(friction.t.y, rows[Rows::kTy] + i),
-        simd4::store(friction.t.z, rows[Rows::kTz] + i);
-    simd4::store(friction.change.x, rows[Rows::kFx] + i),
-        simd4::store(friction.change.y, rows[Rows::kFy] + i);
-    simd4::store(friction.change.z, rows[Rows::kFz] + i);
-    simd4::store(f.x, rows[Rows::kSx] + i), simd4::store(f.y, rows[Rows::kSy] + i),
-        simd4::store(f.z, rows[Rows::kSz] + i);
+    using F = ElementFactors;
+    ElementFactors& to = *factors;
+    simd4::store(friction.ktt, to[F::kKtt] + at);
+    simd4::store(friction.ctt, to[F::kCtt] + at);
+    simd4::store(friction.t.x, to[F::kTx] + at), simd4::store(friction.t.y, to[F::kTy] + at),
+        simd4::store(friction.t.z, to[F::kTz] + at);
+    simd4::store(friction.change.x, to[F::kFx] + at), simd4::store(friction.change.y, to[F::kFy] + at),
+        simd4::store(friction.change.z, to[F::kFz] + at);
+    simd4::store(f.x, to[F::kSx] + at), simd4::store(f.y, to[F::kSy] + at),
+        simd4::store(f.z, to[F::kSz] + at);
   }
 }
 
 template <bool kStick, ElementDetail kDetail, bool kBelt>
-TAKT_LANE_INLINE void all_forces(const ContactLaw& law, const Twist& V_B, const Twist& surface_B,
-                                 const Transform& X_BA, ElementRows& rows, ElementTotals& totals) {
+TAKT_LANE_INLINE void forces_of(const ContactLaw& law, const Twist& V_B, const Twist& surface_B,
+                                const Transform& X_BA, ElementRows& rows, std::size_t begin, std::size_t end,
+                                ElementFactors* factors, Sums& to) {
   const V4 zero{};
   const V4x3 v0{zero + V_B.v.x(), zero + V_B.v.y(), zero + V_B.v.z()};
   const V4x3 w{zero + V_B.w.x(), zero + V_B.w.y(), zero + V_B.w.z()};
   const V4x3 s0{zero + surface_B.v.x(), zero + surface_B.v.y(), zero + surface_B.v.z()};
   const V4x3 sw{zero + surface_B.w.x(), zero + surface_B.w.y(), zero + surface_B.w.z()};
-  Sums sums;
-  for (std::size_t i = 0; i < rows.padded(); i += 4)
-    four_forces<kStick, kDetail, kBelt>(law, v0, w, s0, sw, X_BA, rows, i, sums);
+  Sums sums = to;
+  for (std::size_t i = begin; i < end; i += 4)
+    four_forces<kStick, kDetail, kBelt>(law, v0, w, s0, sw, X_BA, rows, i, factors, i - begin, sums);
+  to = sums;
+}
+
+ElementTotals totals_of(const Sums& sums) {
+  ElementTotals totals;
   totals.f_B = {simd4::total(sums.fx), simd4::total(sums.fy), simd4::total(sums.fz)};
   totals.t_B = {simd4::total(sums.tx), simd4::total(sums.ty), simd4::total(sums.tz)};
   totals.weighted_p_B = {simd4::total(sums.wx), simd4::total(sums.wy), simd4::total(sums.wz)};
@@ -244,13 +254,16 @@ TAKT_LANE_INLINE void all_forces(const ContactLaw& law, const Twist& V_B, const 
   totals.friction_force_N = simd4::total(sums.friction);
   totals.largest_pressure_Pa = simd4::largest(sums.pressure);
   totals.largest_penetration_m = simd4::largest(sums.depth);
+  return totals;
 }
 
 // One function per variant: the compiler makes clones of functions, not of templates.
-#define TAKT_ELEMENT_FORCES(name, stick, detail, belt)                                            \
-  TAKT_LANE_VARIANTS void name(const ContactLaw& law, const Twist& V_B, const Twist& surface_B,   \
-                               const Transform& X_BA, ElementRows& rows, ElementTotals& totals) { \
-    all_forces<stick, ElementDetail::detail, belt>(law, V_B, surface_B, X_BA, rows, totals);      \
+#define TAKT_ELEMENT_FORCES(name, stick, detail, belt)                                                       \
+  TAKT_LANE_VARIANTS void name(const ContactLaw& law, const Twist& V_B, const Twist& surface_B,              \
+                               const Transform& X_BA, ElementRows& rows, std::size_t begin, std::size_t end, \
+                               ElementFactors* factors, Sums& sums) {                                        \
+    forces_of<stick, ElementDetail::detail, belt>(law, V_B, surface_B, X_BA, rows, begin, end, factors,      \
+                                                  sums);                                                     \
   }
 TAKT_ELEMENT_FORCES(regularised_forces, false, forces, false)
 TAKT_ELEMENT_FORCES(regularised_secant, false, secant, false)
@@ -267,13 +280,18 @@ TAKT_ELEMENT_FORCES(stick_belt_tangent, true, tangent, true)
 #undef TAKT_ELEMENT_FORCES
 
 using ForcesOfElements = void (*)(const ContactLaw&, const Twist&, const Twist&, const Transform&,
-                                  ElementRows&, ElementTotals&);
+                                  ElementRows&, std::size_t, std::size_t, ElementFactors*, Sums&);
 /// By belt, friction law, detail.
 constexpr ForcesOfElements kForcesOfElements[2][2][3] = {
     {{regularised_forces, regularised_secant, regularised_tangent},
      {stick_forces, stick_secant, stick_tangent}},
     {{regularised_belt_forces, regularised_belt_secant, regularised_belt_tangent},
      {stick_belt_forces, stick_belt_secant, stick_belt_tangent}}};
+
+ForcesOfElements forces_of_elements(const ContactLaw& law, ElementDetail detail, const Twist* surface_B) {
+  return kForcesOfElements[surface_B != nullptr][law.friction_law == FrictionLaw::stick]
+                          [static_cast<std::size_t>(detail)];
+}
 
 }  // namespace
 
@@ -282,7 +300,7 @@ void ElementRows::resize(std::size_t count) {
   padded_ = (count + 3) / 4 * 4;
   if (padded_ > stride_) {
     ++losses_;
-    stride_ = padded_ + padded_ / 2 + 16;
+    stride_ = padded_ + padded_ / 4 + 16;
     data_.assign(kRows * stride_, 0.0);
   }
   // Padding: elements without area contribute zero.
@@ -290,14 +308,30 @@ void ElementRows::resize(std::size_t count) {
     for (std::size_t row = 0; row < kForce; ++row) data_[row * stride_ + i] = 0.0;
 }
 
+ElementTotals element_forces(const ContactLaw& law, const Twist& V_B, ElementRows& rows, const Pose& X_BA,
+                             const Twist* surface_B) {
+  Sums sums;
+  forces_of_elements(law, ElementDetail::forces, surface_B)(
+      law, V_B, surface_B != nullptr ? *surface_B : Twist{}, Transform(X_BA), rows, 0, rows.padded(), nullptr,
+      sums);
+  return totals_of(sums);
+}
+
 ElementTotals element_forces(const ContactLaw& law, const Twist& V_B, ElementDetail detail, ElementRows& rows,
-                             const Pose& X_BA, const Twist* surface_B) {
-  ElementTotals totals;
-  const std::size_t stick = law.friction_law == FrictionLaw::stick ? 1 : 0,
-                    belt = surface_B != nullptr ? 1 : 0;
-  kForcesOfElements[belt][stick][static_cast<std::size_t>(detail)](
-      law, V_B, surface_B != nullptr ? *surface_B : Twist{}, Transform(X_BA), rows, totals);
-  return totals;
+                             const Pose& X_BA, const Twist* surface_B, Mat6& K, Mat6& D) {
+  const ForcesOfElements forces = forces_of_elements(law, detail, surface_B);
+  const Twist surface = surface_B != nullptr ? *surface_B : Twist{};
+  const Transform X(X_BA);
+  Sums sums;
+  JacobianSums jacobian;
+  ElementFactors factors;
+  for (std::size_t begin = 0; begin < rows.padded(); begin += ElementFactors::kElements) {
+    const std::size_t end = std::min(begin + ElementFactors::kElements, rows.padded());
+    forces(law, V_B, surface, X, rows, begin, end, &factors, sums);
+    add_to_jacobian(law, V_B, detail, rows, factors, begin, end, jacobian);
+  }
+  finish_jacobian(law, detail, jacobian, K, D);
+  return totals_of(sums);
 }
 
 TAKT_LANE_VARIANTS void element_normal_forces(const ContactLaw& law, const Twist& V_B, ElementRows& rows) {

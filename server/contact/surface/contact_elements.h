@@ -39,24 +39,8 @@ class ElementRows {
     kTied,      ///< stick: 1 with a spring; 0: none yet, friction is regularised
     kForce,     ///< result: normal force
     kPressure,  ///< result: normal force per area
-    // Results for the Jacobian: factors of normal and tangential displacement (k) and velocity (c).
     kKn,
-    kCn,
-    kKt,
-    kCt,
-    // And for the tangent: along the direction t, and the change of friction with the normal force.
-    kKtt,
-    kCtt,
-    kTx,
-    kTy,
-    kTz,
-    kFx,
-    kFy,
-    kFz,
-    // The whole force on the element.
-    kSx,
-    kSy,
-    kSz,
+    kCn,  ///< results with a Jacobian: factors of normal displacement and velocity
     kRows
   };
   /// Room for `count` elements, padded to whole groups. Old contents are lost where that changes losses().
@@ -86,8 +70,13 @@ struct ElementTotals {
 /// `V_B`: velocity of the Base relative to the Target at the origin of B, axes of B. `surface_B`: velocity of the material of the
 /// Target's surface relative to the Target, likewise, or nullptr if it rests; it acts on friction alone. `X_BA`: frame of the
 /// anchors, for the stick law.
+ElementTotals element_forces(const ContactLaw& law, const Twist& V_B, ElementRows& rows, const Pose& X_BA,
+                             const Twist* surface_B);
+
+/// The same with their derivatives. `K`, `D` at the point of the Target that coincides with the origin of B, axes of B. `detail`:
+/// secant or tangent.
 ElementTotals element_forces(const ContactLaw& law, const Twist& V_B, ElementDetail detail, ElementRows& rows,
-                             const Pose& X_BA, const Twist* surface_B = nullptr);
+                             const Pose& X_BA, const Twist* surface_B, Mat6& K, Mat6& D);
 
 /// The normal forces of element_forces() alone.
 void element_normal_forces(const ContactLaw& law, const Twist& V_B, ElementRows& rows);
@@ -95,11 +84,6 @@ void element_normal_forces(const ContactLaw& law, const Twist& V_B, ElementRows&
 /// After either: anchors of springs that pull by more than friction allows follow to where they pull by that. `X_TA`: frame of
 /// the anchors, or nullptr if that is T.
 void slip_anchors(const ContactLaw& law, const Pose& X_TB, ElementRows& rows, const Pose* X_TA = nullptr);
-
-/// After element_forces with the same detail. `K`, `D` at the point of the Target that coincides with the
-/// origin of B, axes of B.
-void element_jacobian(const ContactLaw& law, const Twist& V_B, ElementDetail detail, const ElementRows& rows,
-                      Mat6& K, Mat6& D);
 
 /// depth[k] = plane_depth of element k.
 void plane_depths(const Vec3& normal, double offset, std::size_t count, const double* px, const double* py,

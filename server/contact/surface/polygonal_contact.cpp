@@ -96,7 +96,7 @@ struct PolygonalContact::Impl {
   std::optional<FieldElements> found;          ///< likewise, with a field
   ElementRows rows;
   std::vector<std::int32_t> filled;  ///< elements in the rows
-  std::vector<ContactSpring> springs, next_springs;
+  std::vector<ContactSpring> springs;
   /// The rows have the anchors of these elements, as of this number of losses of rows.
   std::vector<std::int32_t> anchored;
   std::size_t anchored_losses = 0;
@@ -135,15 +135,16 @@ struct PolygonalContact::Impl {
   void start_holding(const HeldFrom& from);
   bool held_covers(const Pose& X_TB, double next_s, double share, double& at_s) const;
   std::size_t find_elements(const RelativeMotion& motion, const Pose& X_BT, Twist& V_B);
-  /// element_forces() at this motion, after find_elements().
-  ElementTotals forces(const RelativeMotion& motion, const Pose& X_BT, const Twist& V_B,
-                       ElementDetail detail);
+  /// element_forces() at this motion, after find_elements(). `jacobian` unless for the forces alone.
+  ElementTotals forces(const RelativeMotion& motion, const Pose& X_BT, const Twist& V_B, ElementDetail detail,
+                       ContactJacobian* jacobian);
   void set_elements(std::span<const std::int32_t> elements);
   void fill_found();
   void fill_anchors();
   Vec3 first_stretch(std::size_t row, const Vec3& v_B) const;
   void add_bends(ElementDetail detail, Mat6& K) const;
-  bool evaluate(const RelativeMotion& motion, ElementDetail detail, ContactResult& result, Twist& V_B);
+  bool evaluate(const RelativeMotion& motion, ElementDetail detail, ContactResult& result, Twist& V_B,
+                ContactJacobian* jacobian);
 };
 
 bool PolygonalContact::Impl::boxes_apart(const Pose& X_TB) const {
@@ -266,10 +267,12 @@ std::size_t PolygonalContact::Impl::find_elements(const RelativeMotion& motion, 
 }
 
 ElementTotals PolygonalContact::Impl::forces(const RelativeMotion& motion, const Pose& X_BT, const Twist& V_B,
-                                             ElementDetail detail) {
-  if (!motion.surface_moves) return element_forces(law, V_B, detail, rows, X_BT);
-  const Twist surface_B = surface_velocity(motion);
-  return element_forces(law, V_B, detail, rows, X_BT * motion.X_TS, &surface_B);
+                                             ElementDetail detail, ContactJacobian* jacobian) {
+  const Pose X_BA = motion.surface_moves ? X_BT * motion.X_TS : X_BT;
+  const Twist surface_B = motion.surface_moves ? surface_velocity(motion) : Twist{};
+  const Twist* const surface = motion.surface_moves ? &surface_B : nullptr;
+  if (detail == ElementDetail::forces) return element_forces(law, V_B, rows, X_BA, surface);
+  return element_forces(law, V_B, detail, rows, X_BA, surface, jacobian->K, jacobian->D);
 }
 
 /// Stretch of a new spring with which friction stays what it is: (2.21) at the velocity v relative to the Target's surface.
@@ -286,12 +289,12 @@ Vec3 PolygonalContact::Impl::first_stretch(std::size_t row, const Vec3& v_B) con
 }
 
 bool PolygonalContact::Impl::evaluate(const RelativeMotion& motion, ElementDetail detail,
-                                      ContactResult& result, Twist& V_B) {
+                                      ContactResult& result, Twist& V_B, ContactJacobian* jacobian) {
   ++counts.evaluations;
   result = ContactResult{};
   const Pose X_BT = motion.X_TB.inverse();
   if (find_elements(motion, X_BT, V_B) == 0) return false;
-  const ElementTotals totals = forces(motion, X_BT, V_B, detail);
+  const ElementTotals totals = forces(motion, X_BT, V_B, detail, jacobian);
   result.elastic_energy_J = found ? found->elastic_energy_J(law) : totals.elastic_energy_J;
   result.elements = static_cast<int>(totals.elements);
   if (result.elements == 0) return false;
@@ -334,7 +337,7 @@ bool PolygonalContact::has_search() const {
 
 void PolygonalContact::evaluate(const RelativeMotion& motion, ContactResult& result) {
   Twist V_B;
-  impl_->evaluate(motion, ElementDetail::forces, result, V_B);
+  impl_->evaluate(motion, ElementDetail::forces, result, V_B, nullptr);
 }
 
 void PolygonalContact::evaluate(const RelativeMotion& motion, Linearisation linearisation,
@@ -342,12 +345,11 @@ void PolygonalContact::evaluate(const RelativeMotion& motion, Linearisation line
   const bool tangent = linearisation == Linearisation::tangent;
   const ElementDetail detail = tangent ? ElementDetail::tangent : ElementDetail::secant;
   Twist V_B;
-  if (!impl_->evaluate(motion, detail, result, V_B)) {
+  if (!impl_->evaluate(motion, detail, result, V_B, &jacobian)) {
     jacobian.K.setZero();
     jacobian.D.setZero();
     return;
   }
-  element_jacobian(impl_->law, V_B, detail, impl_->rows, jacobian.K, jacobian.D);
   if (impl_->found)
     impl_->found->add_stiffness(detail, impl_->law, V_B, impl_->rows, jacobian.K);
   else if (!impl_->rows_held)
@@ -359,9 +361,11 @@ void PolygonalContact::evaluate(const RelativeMotion& motion, Linearisation line
 bool PolygonalContact::accept(const RelativeMotion& motion) {
   Impl& m = *impl_;
   if (m.law.friction_law != FrictionLaw::stick) return false;
-  m.next_springs.clear();
   Twist V_B;
-  if (m.find_elements(motion, motion.X_TB.inverse(), V_B) > 0) {
+  const bool found = m.find_elements(motion, motion.X_TB.inverse(), V_B) > 0;
+  m.springs.clear();  // the rows have them
+  if (found) {
+    m.springs.reserve(m.filled.size());
     element_normal_forces(m.law, V_B, m.rows);
     slip_anchors(m.law, motion.X_TB, m.rows, motion.surface_moves ? &motion.X_TS : nullptr);
     const Pose X_ST = motion.X_TS.inverse();
@@ -371,7 +375,7 @@ bool PolygonalContact::accept(const RelativeMotion& motion) {
     const double *x = m.rows[R::kAx], *y = m.rows[R::kAy], *z = m.rows[R::kAz], *tied = m.rows[R::kTied];
     for (std::size_t i = 0; i < m.filled.size(); ++i) {
       if (!(m.rows[R::kForce][i] > 0.0)) continue;
-      ContactSpring& spring = m.next_springs.emplace_back();
+      ContactSpring& spring = m.springs.emplace_back();
       spring.element = m.filled[i];
       if (tied[i] > 0.0) {
         spring.anchor_T = Vec3(x[i], y[i], z[i]);
@@ -382,7 +386,6 @@ bool PolygonalContact::accept(const RelativeMotion& motion) {
       if (motion.surface_moves) spring.anchor_T = X_ST * spring.anchor_T;
     }
   }
-  m.springs.swap(m.next_springs);
   m.springs_changed = true;
   return !m.springs.empty();
 }
@@ -475,7 +478,7 @@ std::vector<ElementPressure> PolygonalContact::pressures(const RelativeMotion& m
   Twist V_B;
   const Pose X_BT = motion.X_TB.inverse();
   if (impl_->find_elements(motion, X_BT, V_B) == 0) return result;
-  impl_->forces(motion, X_BT, V_B, ElementDetail::forces);
+  impl_->forces(motion, X_BT, V_B, ElementDetail::forces, nullptr);
   const std::vector<std::int32_t>& hits = impl_->filled;
   using R = ElementRows;
   for (std::size_t i = 0; i < hits.size(); ++i) {

@@ -51,7 +51,7 @@ Islands::Islands(const OdeSystem& system, std::span<const int> unit_of_body)
   for (Level& level : levels_) {
     level.segments.reserve(awake_.size()), level.following.reserve(awake_.size());
     level.links.reserve(room), level.pairs.reserve(room);
-    level.ends.reserve(2 * room), level.guards.reserve(2 * room);
+    level.ends.reserve(2 * room), level.guards.reserve(room);
   }
 }
 

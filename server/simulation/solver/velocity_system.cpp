@@ -50,6 +50,8 @@ VelocitySystem::VelocitySystem(const OdeSystem& system)
   groups_.reserve(units_.size());
   pairs_.reserve(16 + 8 * system.body_count());
   ends_.reserve(pairs_.capacity());
+  constexpr std::size_t kOfBodies = 2 * 6 * 6;  // two bodies that move freely
+  jacobians_.reserve(kOfBodies * pairs_.capacity());
   matrices_.reserve(velocities * kMaxDense);
   nodes_.reserve(units_.size()), couplings_.reserve(pairs_.capacity());
   const std::size_t room = std::min(velocities, kRoomForAll);
@@ -84,12 +86,16 @@ void VelocitySystem::linearise_models(OdeSystem& system, double t, std::span<con
     return unit_of(pair.base) < 0 && unit_of(pair.target) < 0;
   });
   ends_.resize(pairs_.size());
+  jacobians_.clear();
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
     const PairLinearisation& pair = pairs_[i];
     for (const auto& [end, body] : {std::pair{&ends_[i].base, pair.base}, {&ends_[i].target, pair.target}}) {
       end->unit = unit_of(body);
-      if (end->unit >= 0)
-        units_[static_cast<std::size_t>(end->unit)].form->body_jacobian(body, pair.p_W, end->J.data());
+      if (end->unit < 0) continue;
+      const Unit& unit = units_[static_cast<std::size_t>(end->unit)];
+      end->J = jacobians_.size();
+      jacobians_.resize(end->J + 6 * unit.velocities);
+      unit.form->body_jacobian(body, pair.p_W, &jacobians_[end->J]);
     }
   }
   find_groups();
@@ -210,7 +216,7 @@ void VelocitySystem::add_pair(const Mat6& G, const Vec3& f_W, double moved, cons
       if (both[side]->unit >= 0)
         blocks[side] = block_of(units_[static_cast<std::size_t>(both[side]->unit)], c);
     for (std::size_t k = 0; k < c.velocities; ++k) {
-      const Eigen::Map<const Vec6> twist(&column->J[6 * k]);
+      const auto twist = column_of(*column, k);
       Vec6 force = G * twist;
       for (std::size_t side = 2; side-- > 0;) {
         const End* row = both[side];
@@ -219,8 +225,7 @@ void VelocitySystem::add_pair(const Mat6& G, const Vec3& f_W, double moved, cons
         const Unit& r = units_[static_cast<std::size_t>(row->unit)];
         const double sign = row == column ? 1.0 : -1.0;
         double* entries = blocks[side].values + k * blocks[side].stride;
-        for (std::size_t i = 0; i < r.velocities; ++i)
-          entries[i] += sign * Eigen::Map<const Vec6>(&row->J[6 * i]).dot(force);
+        for (std::size_t i = 0; i < r.velocities; ++i) entries[i] += sign * column_of(*row, i).dot(force);
       }
     }
   }
@@ -309,7 +314,7 @@ void VelocitySystem::solve(std::span<double> r, double rate_share) {
       if (end->unit < 0) continue;
       const Unit& unit = units_[static_cast<std::size_t>(end->unit)];
       for (std::size_t k = 0; k < unit.velocities; ++k)
-        d += (sign * displacement_[unit.first_velocity + k]) * Eigen::Map<const Vec6>(&end->J[6 * k]);
+        d += (sign * displacement_[unit.first_velocity + k]) * column_of(*end, k);
     }
     const Vec6 wrench = pairs_[i].K * (b_ / a_ * d);
     for (const auto& [end, sign] : both) {
@@ -324,7 +329,7 @@ void VelocitySystem::solve(std::span<double> r, double rate_share) {
       const Unit& unit = units_[static_cast<std::size_t>(end->unit)];
       double* right = &right_[groups_[unit.group].first + unit.place];
       for (std::size_t k = 0; k < unit.velocities; ++k)
-        if (!unit.rows[k].prescribed) right[k] += sign * Eigen::Map<const Vec6>(&end->J[6 * k]).dot(force);
+        if (!unit.rows[k].prescribed) right[k] += sign * column_of(*end, k).dot(force);
     }
   }
   for (const Group& group : groups_)

@@ -16,7 +16,6 @@
 //
 // Groups may change with every linearisation, as contacts do. Memory only grows: up to kRoomForAll velocities
 // the space for the densest system is reserved; beyond that it grows when groups need more.
-#include <array>
 #include <memory>
 #include <span>
 #include <vector>
@@ -57,9 +56,6 @@ class VelocitySystem {
   std::span<const PairLinearisation> pairs() const { return pairs_; }
 
  private:
-  static constexpr std::size_t kMaxVelocities = VelocityForm::kMaxVelocities;
-  using Jacobian = std::array<double, 6 * kMaxVelocities>;  ///< 6 x n, column-major
-
   /// One model.
   struct Unit {
     std::unique_ptr<VelocityForm> form;  ///< null: a block of its own, or explicit
@@ -79,7 +75,7 @@ class VelocitySystem {
   };
   struct End {
     int unit = -1;
-    Jacobian J;
+    std::size_t J = 0;  ///< first of its entries in jacobians_: 6 x velocities, column-major
   };
   struct PairEnds {
     End base, target;
@@ -105,6 +101,10 @@ class VelocitySystem {
   bool factorise_block(Unit& unit, double a, double b) const;
   void set_sparse_pattern();
   BlockPlace block_of(const Unit& row, const Unit& column);
+  /// Column of a velocity in the Jacobian of an end.
+  Eigen::Map<const Eigen::Matrix<double, 6, 1>> column_of(const End& end, std::size_t velocity) const {
+    return Eigen::Map<const Eigen::Matrix<double, 6, 1>>(&jacobians_[end.J + 6 * velocity]);
+  }
   void clear_row(const Unit& unit, std::size_t i);
 
   std::vector<Unit> units_;
@@ -112,6 +112,7 @@ class VelocitySystem {
   DisjointSets sets_;  ///< of units
   std::vector<PairLinearisation> pairs_;
   std::vector<PairEnds> ends_;
+  std::vector<double> jacobians_;  ///< of the ends
   std::vector<Group> groups_;
   std::vector<double> matrices_;  ///< of the dense groups
   BlockLu sparse_;                ///< of the others
