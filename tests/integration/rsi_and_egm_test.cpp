@@ -73,7 +73,7 @@ LockstepRun rsi_lockstep(Cell& cell, const std::string& mapping, std::vector<std
     EXPECT_EQ(peer.wait(), 0) << peer.text;
     run.peer = result_of(peer);
   }
-  run.hash = cell.client().state().state_hash;
+  run.hash = cell.present_state().state_hash;
   return run;
 }
 
@@ -221,7 +221,7 @@ TEST(RsiOverUdp, TheRobotFollowsAControllerAndEachPacketIsAnswered) {
                                  HasSubstr("375 packets, 0 invalid, 1 starts")));
   const double end = run.peer["end"][0];
   EXPECT_NEAR(end_of_axis1(cell, end), end, 1e-5);
-  EXPECT_TRUE(cell.client().state().gripper("Gripper1").closed);
+  EXPECT_TRUE(cell.present_state().gripper("Gripper1").closed);
 }
 
 TEST(RsiOverUdp, ARestartedControllerIsLedToWithoutAJump) {
@@ -282,7 +282,7 @@ TEST(EgmOverUdp, RunsInLockstepHaveTheSameBits) {
     EXPECT_EQ(gateway.wait(), 0) << gateway.text;
     EXPECT_EQ(peer.wait(), 0) << peer.text;
     EXPECT_EQ(result_of(peer)["held"], 100);
-    const std::uint64_t hash = cell.client().state().state_hash;
+    const std::uint64_t hash = cell.present_state().state_hash;
     if (i == 0) expected = hash;
     EXPECT_EQ(hash, expected);
     cell.client().reset();
@@ -313,7 +313,7 @@ TEST(EgmOverUdp, AProgrammedPathIsCorrectedAcrossIt) {
   const Arm arm(*info, "Robot1");
   const Pose X_RW = pose_of(info->robots.at(0).base).inverse();
   const auto flange = [&] {
-    return X_RW * arm.forward_kinematics(cell.client().state().robot("Robot1").position);
+    return X_RW * arm.forward_kinematics(cell.present_state().robot("Robot1").position);
   };
   // 40 mm along x of the flange: y of the path is x cross z of the flange, which is -y, and z of the path is -z.
   const Pose start = flange();
@@ -389,7 +389,7 @@ double size_of_force(const nlohmann::json& values) {
 }
 
 std::vector<double> sensor_of(Cell& cell) {
-  const auto signals = cell.client().state().signals("FT1");
+  const auto signals = cell.present_state().signals("FT1");
   std::vector<double> values;
   for (const char* name : {"force_x", "force_y", "force_z", "torque_x", "torque_y", "torque_z"})
     values.push_back(signals.at(name));

@@ -42,7 +42,12 @@ class GatewayCell : public ProgramCell {
   ChildProcess takt(const std::vector<std::string>& arguments) const {
     return ChildProcess(command("takt", arguments));
   }
-  double axis1_deg() { return client().state().robot("Robot1").position.at(0) * 180.0 / M_PI; }
+  /// Not older than the cell is now: the gateway or its peer may have seen more of it than this client.
+  State present_state() {
+    client().get_state();
+    return client().state();
+  }
+  double axis1_deg() { return present_state().robot("Robot1").position.at(0) * 180.0 / M_PI; }
 
  private:
   TemporaryDirectory directory_;
