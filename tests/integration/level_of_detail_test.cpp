@@ -244,7 +244,9 @@ TEST(ContactsOverDds, TheCellSwitchesToLevelThreeAndBackWhileRunning) {
   ChildProcess three(takt({"lod", "3"}));
   EXPECT_EQ(three.wait(), 0) << three.text;
   EXPECT_NE(three.text.find("is now 3"), std::string::npos) << three.text;
-  EXPECT_EQ(client.status().processes.at(0).level_of_detail, 3);
+  EXPECT_TRUE(client.wait_for(
+      takt::topics::status, [](const Status& s) { return s.processes.at(0).level_of_detail == 3; },
+      kGenerous));
   client.step(300);
   const auto standing = client.wait_for(
       takt::topics::contacts, [](const Contacts& c) { return c.step == 300; }, kGenerous);
