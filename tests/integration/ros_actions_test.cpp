@@ -305,9 +305,10 @@ TEST(RosActions, StepsAreTakenWithProgressAndCanBeCancelled) {
   const auto done = steps->result(2);
   EXPECT_EQ(done.status, 4);
   EXPECT_EQ(done.result.result.result, 1);
-  ASSERT_TRUE(steps->feedback->wait_until([](const auto& all) { return !all.empty(); }));
-  EXPECT_EQ(steps->feedback->messages().back().feedback.completed_steps, 250U);
-  EXPECT_EQ(steps->feedback->messages().back().feedback.remaining_steps, 0U);
+  actions::SimulateSteps::FeedbackMessage last;
+  ASSERT_TRUE(
+      steps->feedback->wait_for([](const auto& m) { return m.feedback.completed_steps == 250; }, &last));
+  EXPECT_EQ(last.feedback.remaining_steps, 0U);
   ASSERT_TRUE(steps->send(3, {1'000'000'000}).accepted);
   EXPECT_FALSE(steps->send(4, {1}).accepted) << "one at a time";
   EXPECT_EQ(steps->cancel(3).return_code, 0);
