@@ -34,6 +34,7 @@ takt::Arguments steps(std::uint64_t count) {
 
 TEST(LiveSource, ARequestReachesARestartingServer) {
   auto server = paused_server();
+  ASSERT_TRUE(server->wait_for_output("ready")) << server->text;
   takt::ClientOptions options;
   options.cell = takt::test::test_cell();
   options.domain = static_cast<int>(takt::test::test_domain());
@@ -60,6 +61,7 @@ TEST(LiveSource, ARequestReachesARestartingServer) {
 
 TEST(LiveSource, ARequestToAMissingCellIsRefused) {
   auto server = paused_server();
+  ASSERT_TRUE(server->wait_for_output("ready")) << server->text;
   takt::ClientOptions options;
   options.cell = takt::test::test_cell();
   options.domain = static_cast<int>(takt::test::test_domain());
@@ -99,6 +101,7 @@ Type sample_of(const takt::Client& cell, takt::view::Stream& stream, const std::
 
 TEST(LiveSource, AViewerThatComesLaterGetsTheProgramsOfTheRobots) {
   const auto server = paused_server();
+  ASSERT_TRUE(server->wait_for_output("ready")) << server->text;
   const std::string program = std::string(TAKT_CONFIG_DIR) + "/programs/block_assembly.lua";
   ChildProcess controller({std::string(TAKT_BIN_DIR) + "/takt-controller", program, "--cell",
                            takt::test::test_cell(), "--domain", std::to_string(takt::test::test_domain()),

@@ -99,6 +99,7 @@ TEST(SeveralCells, ASharedClockIsReportedAndCanBeSeparate) {
       client.wait_for_event("clock_shared", takt::test::test_cell(), "--namespaced-clock-and-tf", &event));
   EXPECT_EQ(event.severity, takt::Severity::warning);
   EXPECT_TRUE(shared->wait_for_output("writes /clock too")) << shared->text;
+  EXPECT_TRUE(shared->wait_for_output("ready")) << shared->text;
   EXPECT_EQ(client.count_events("clock_shared"), 1U) << "of the one that has its own";
 
   // With each scenario the writers are discovered again; the report is not repeated.
