@@ -111,8 +111,9 @@ TEST(LiveSource, AViewerThatComesLaterGetsTheProgramsOfTheRobots) {
   options.domain = static_cast<int>(takt::test::test_domain());
   options.timeout = takt::test::kGenerous;
   takt::Client client(options);
+  constexpr takt::Seconds kRun{300.0};  // 45 s of a cell in lockstep
   ASSERT_TRUE(client.wait_for(
-      takt::topics::state, [](const auto& state) { return state.time > 45.0; }, takt::test::kGenerous));
+      takt::topics::state, [](const auto& state) { return state.time > 45.0; }, kRun));
 
   takt::view::Stream stream;
   const takt::view::LiveSource source(options, stream);
