@@ -201,7 +201,7 @@ double end_of_axis1(Cell& cell, double expected_deg) {
       [&](const State& s) {
         return std::abs(s.robot("Robot1").position.at(0) * 180.0 / M_PI - expected_deg) < 1e-5;
       },
-      Seconds(5.0));
+      Seconds(60.0));
   return cell.axis1_deg();
 }
 
