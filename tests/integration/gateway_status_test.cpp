@@ -36,7 +36,7 @@ TEST(GatewayStatus, ShowsAGatewayItsPeerAndTheEndOfBoth) {
   EXPECT_TRUE(cell.client().status().gateways.empty());
   ChildProcess gateway(cell.gateway("egm",
                                     "role: controller\nrobot: Robot1\ncontrol: {comm_timeout_s: "
-                                    "0.5}\noutputs: {digital: {gripper: Gripper1}}\n",
+                                    "3}\noutputs: {digital: {gripper: Gripper1}}\n",
                                     {"--start", "--name", "cell 7"}));
   const std::string peer_address = "127.0.0.1 port " + std::to_string(gateway_port());
 
