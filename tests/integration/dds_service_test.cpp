@@ -317,7 +317,11 @@ TEST_F(DdsCommands, ExclusiveSendersComeFirstAndTheStrongestOfThem) {
   ASSERT_TRUE(client_.wait_for_event("not_owner", "Robot1", "exclusively", &event));
   EXPECT_EQ(event.sender, weak.guid());
   message.position[0] = 0.02;
-  const std::uint64_t applied = command_until_applied(strong, message);
+  command_until_applied(strong, message);
+  // A step takes what is still under way.
+  ASSERT_TRUE(is_ok(strong.writer->wait_for_acknowledgments(DdsDuration(60, 0))));
+  robot1_position(1);
+  const std::uint64_t applied = client_.state->messages().back().applied[0].count;
   // From here on DDS itself drops the samples of the weaker one.
   message.position[0] = 0.01;
   for (int i = 0; i < 20; ++i) weak.writer->write(&message);
