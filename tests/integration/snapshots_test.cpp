@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <sstream>
@@ -191,6 +192,16 @@ class Supervised : public testing::Test {
     return static_cast<pid_t>(std::stol(server_.text));
   }
 
+  /// The number of the newest periodic snapshot.
+  int newest_snapshot() const {
+    int newest = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(directory_.path() / cell_ / "periodic"))
+      if (entry.path().extension() == ".snapshot")
+        newest = std::max(newest, std::stoi(entry.path().stem().string()));
+    return newest;
+  }
+  static constexpr int kSurelyLater = 3;  ///< numbers further: one may be being written, one may wait
+
   takt::test::TemporaryDirectory directory_;
   const std::string cell_ = takt::test::test_cell() + "_supervised";
   HostedService service_{false};  // for its scenario files
@@ -246,8 +257,10 @@ TEST_F(Supervised, CommandsFromBeforeTheCrashAreNotApplied) {
   }
   // Several periodic snapshots later.
   const std::uint64_t last = client.state().step;
+  const int saved = newest_snapshot() + kSurelyLater;
   ASSERT_TRUE(client.wait_for(
-      takt::topics::state, [&](const State& s) { return s.step > last + 500; }, kGenerous));
+      takt::topics::state, [&](const State& s) { return s.step > last + 500 && newest_snapshot() >= saved; },
+      kGenerous));
   const State before = client.state();
   ::kill(first, SIGKILL);
   for (int i = 0; i < 50; ++i) {
@@ -294,8 +307,12 @@ TEST_F(Supervised, AControllerRestartsOnlyAfterAResetOfTheResumedCell) {
   Client client(options());
   const auto applied = [](const State& s) { return s.applied.front().count; };
   // Later than the limit of a fresh start (2 s), and with snapshots of that time.
+  ASSERT_TRUE(client.wait_for(
+      takt::topics::state, [](const State& s) { return s.time > 2.5; }, kGenerous));
+  const int saved = newest_snapshot() + kSurelyLater;
   const auto before = client.wait_for(
-      takt::topics::state, [&](const State& s) { return s.time > 2.5 && applied(s) > 100; }, kGenerous);
+      takt::topics::state, [&](const State& s) { return applied(s) > 100 && newest_snapshot() >= saved; },
+      kGenerous);
   ASSERT_TRUE(before.has_value());
   ::kill(first, SIGKILL);
   ASSERT_NE(wait_for_child(), first);
