@@ -400,7 +400,7 @@ TEST_F(RunLoopTest, LockstepWaitsForEveryTargetAndThenPauses) {
   start({.pace = Pace::lockstep, .state = SimulationState::paused});
   expect_ok(reader_->request(
       "register_controller",
-      {{"name", "plc"}, {"period", "0.008"}, {"command_timeout", "1.2"}, {"targets", "Robot1,Gripper1"}}));
+      {{"name", "plc"}, {"period", "0.008"}, {"command_timeout", "3"}, {"targets", "Robot1,Gripper1"}}));
   expect_ok(reader_->request("set_state", {{"state", "1"}}));
   EXPECT_FALSE(loop_->append(swing(0, 0.0), 1, monotonic_now_ns()));
   ASSERT_TRUE(reader_->wait_until([&] {
@@ -424,7 +424,7 @@ TEST_F(RunLoopTest, EachOfSeveralLateControllersIsNamed) {
   for (const char* robot : {"Robot1", "Robot2"})
     expect_ok(reader_->request("register_controller", {{"name", std::string("of_") + robot},
                                                        {"period", "0.008"},
-                                                       {"command_timeout", "1.2"},
+                                                       {"command_timeout", "3"},
                                                        {"targets", robot}}));
   expect_ok(reader_->request("set_state", {{"state", "1"}}));
   const auto named = [&](std::string_view code) {
