@@ -1,5 +1,8 @@
 // Sockets of gateways over loopback.
+#include <arpa/inet.h>
 #include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include "client_lib/gateway/event_loop.h"
 
@@ -91,15 +94,33 @@ TEST(EventLoop, FurtherConnectionsThanAllowedAreClosed) {
   EXPECT_EQ(servers.size(), 1U);
 }
 
+/// A port without a listener, which no other program gets.
+class UnheardPort {
+ public:
+  UnheardPort() : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+    sockaddr_in place{};
+    place.sin_family = AF_INET;
+    place.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    socklen_t size = sizeof(place);
+    EXPECT_EQ(::bind(socket_, reinterpret_cast<const sockaddr*>(&place), size), 0);
+    EXPECT_EQ(::getsockname(socket_, reinterpret_cast<sockaddr*>(&place), &size), 0);
+    number_ = ntohs(place.sin_port);
+  }
+  ~UnheardPort() { ::close(socket_); }
+  UnheardPort(const UnheardPort&) = delete;
+  UnheardPort& operator=(const UnheardPort&) = delete;
+  std::uint16_t number() const { return number_; }
+
+ private:
+  int socket_;
+  std::uint16_t number_ = 0;
+};
+
 TEST(EventLoop, APortWithoutAListenerIsReportedAfterTheAttempts) {
   EventLoop loop;
-  std::uint16_t port = 0;
-  {
-    EventLoop other;
-    port = other.listen(kHere, 0, [](auto) {});
-  }
+  const UnheardPort port;
   bool called = false;
-  loop.connect(kHere, port, 3, std::chrono::milliseconds(1), [&](auto connection) {
+  loop.connect(kHere, port.number(), 3, std::chrono::milliseconds(1), [&](auto connection) {
     called = true;
     EXPECT_EQ(connection, nullptr);
   });
