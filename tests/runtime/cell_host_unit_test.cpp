@@ -67,6 +67,39 @@ TEST_F(Hosted, AHostWithoutAScenarioAnswersGeneralRequests) {
   EXPECT_EQ(quits_.load(), 1);
 }
 
+/// Asks for a step as soon as a scenario is published.
+class AsksAtOnce final : public CellLifecycleListener {
+ public:
+  explicit AsksAtOnce(CellHost& host) : host_(host) {}
+  void check(const CellDescription&) override {}
+  void opened(RunLoop&) override { host_.submit(text_request(1000, "step", {{"steps", "3"}})); }
+  void closed(RunLoop&) override {}
+  void idle(const CellDescription&) override {}
+
+ private:
+  CellHost& host_;
+};
+
+TEST_F(Hosted, RequestsAreServedFromThePublicationOfAScenarioOn) {
+  begin();
+  AsksAtOnce asks(*host_);
+  host_->set_listener(&asks);
+  host_->open(ScenarioSource{file_, source_options_});
+  for (const char* exchange : {"open", "reload_scenario"}) {
+    SCOPED_TRACE(exchange);
+    if (exchange != std::string("open")) request(exchange);
+    const ControlReply* stepped = nullptr;
+    ASSERT_TRUE(reader_->wait_until([&] {
+      for (const ControlReply& reply : reader_->replies)
+        if (reply.id == 1000) stepped = &reply;
+      return stepped != nullptr;
+    }));
+    EXPECT_EQ(stepped->result, Result::ok) << stepped->message;
+    reader_->replies.clear();
+  }
+  host_->stop();
+}
+
 TEST_F(Hosted, TheHostLoadsUnloadsAndEnds) {
   options_.threads = 2;  // with a pool for the collision checks
   open();

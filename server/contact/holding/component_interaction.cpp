@@ -480,9 +480,4 @@ void ComponentInteraction::show_partners() {
   }
 }
 
-void ComponentInteraction::evaluate(const CellMotion& motion, std::span<Wrench> wrenches) const {
-  std::fill(wrenches.begin(), wrenches.end(), Wrench{});
-  evaluate(motion, parts_, wrenches);
-}
-
 }  // namespace takt

@@ -70,8 +70,10 @@ class ComponentInteraction {
   std::span<const int> disturbed() const { return connections_.disturbed(); }
 
   /// Pure stage: wrench of every connection, summed per component in the order of the connections. `wrenches`
-  /// has one entry per component, about its p_WBcm.
-  void evaluate(const CellMotion& motion, std::span<Wrench> wrenches) const;
+  /// has one entry per component, about its p_WBcm; those of components without a connection are unchanged.
+  void evaluate(const CellMotion& motion, std::span<Wrench> wrenches) const {
+    connections_.evaluate(motion, wrenches);
+  }
   /// The same; those of connections at rest come from `kept`.
   void evaluate(const CellMotion& motion, std::span<Wrench> wrenches, KeptWrenches& kept) const {
     connections_.evaluate(motion, wrenches, kept);

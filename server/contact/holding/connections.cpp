@@ -417,22 +417,34 @@ void Connections::evaluate(const CellMotion& motion, std::span<const int> parts,
     for (const PairConnection& pair : of(part))
       wrenches[static_cast<std::size_t>(pair.connection.partner)] = {};
   }
-  for (const int part : parts) {
-    const BodyMotion& base = motion.bodies[static_cast<std::size_t>(part)];
-    for (const PairConnection& pair : of(part)) {
-      const auto partner = static_cast<std::size_t>(pair.connection.partner);
-      const BodyMotion& target = motion.carrier(pair.connection.partner);
-      const Wrench on_base = substitute_wrench(pair.connection, base, target, motion.time_s);
-      wrenches[static_cast<std::size_t>(part)] += on_base;
-      wrenches[partner] += reaction_on_target(on_base, base, target);
-      if (const ConnectionTurn& turn = pair.connection.turn; turn.driver >= 0) {
-        const Vec3 torque_W = turn.torque_N_m * (base.X_WB.R * turn.axis_B);
-        wrenches[partner].t += torque_W;
-        wrenches[static_cast<std::size_t>(turn.driver)].t -= torque_W;
-      }
-    }
-  }
+  for (const int part : parts)
+    for (const PairConnection& pair : of(part)) add_wrenches(pair, motion, wrenches);
   add_passed_weights(motion, parts, wrenches);
+}
+
+void Connections::evaluate(const CellMotion& motion, std::span<Wrench> wrenches) const {
+  for (const PairConnection& pair : list_) {
+    wrenches[static_cast<std::size_t>(pair.base)] = {};
+    wrenches[static_cast<std::size_t>(pair.connection.partner)] = {};
+  }
+  for (const PairConnection& pair : list_) add_wrenches(pair, motion, wrenches);
+  add_passed_weights(motion, parts_, wrenches);
+}
+
+void Connections::add_wrenches(const PairConnection& pair, const CellMotion& motion,
+                               std::span<Wrench> wrenches) const {
+  const auto part = static_cast<std::size_t>(pair.base),
+             partner = static_cast<std::size_t>(pair.connection.partner);
+  const BodyMotion& base = motion.bodies[part];
+  const BodyMotion& target = motion.carrier(pair.connection.partner);
+  const Wrench on_base = substitute_wrench(pair.connection, base, target, motion.time_s);
+  wrenches[part] += on_base;
+  wrenches[partner] += reaction_on_target(on_base, base, target);
+  if (const ConnectionTurn& turn = pair.connection.turn; turn.driver >= 0) {
+    const Vec3 torque_W = turn.torque_N_m * (base.X_WB.R * turn.axis_B);
+    wrenches[partner].t += torque_W;
+    wrenches[static_cast<std::size_t>(turn.driver)].t -= torque_W;
+  }
 }
 
 void Connections::evaluate(const CellMotion& motion, std::span<Wrench> wrenches, KeptWrenches& kept) const {

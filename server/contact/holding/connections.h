@@ -124,6 +124,8 @@ class Connections {
 
   /// Pure stage; see ComponentInteraction::evaluate().
   void evaluate(const CellMotion& motion, std::span<const int> parts, std::span<Wrench> wrenches) const;
+  /// Of all Parts; entries of components without a connection are unchanged.
+  void evaluate(const CellMotion& motion, std::span<Wrench> wrenches) const;
   /// Of all Parts. Takes the wrenches of connections at rest from `kept`.
   void evaluate(const CellMotion& motion, std::span<Wrench> wrenches, KeptWrenches& kept) const;
   /// Appends how the wrenches of these Parts' connections change with the motion. Weights that pass through
@@ -140,6 +142,7 @@ class Connections {
  private:
   const Component& component(int id) const { return components_[static_cast<std::size_t>(id)]; }
   bool is_part(int id) const { return component(id).type == ComponentType::part; }
+  void add_wrenches(const PairConnection& pair, const CellMotion& motion, std::span<Wrench> wrenches) const;
   void add_passed_weights(const CellMotion& motion, std::span<const int> parts,
                           std::span<Wrench> wrenches) const;
   bool closed(const ContactGraph& graph, int a, int b) const;

@@ -87,6 +87,7 @@ class ContactInteraction {
   /// Discrete: sets the sleeping components, which the system leaves out. Pairs of two immobile components
   /// keep their results.
   void set_asleep(const std::vector<char>& asleep);
+  bool is_asleep(int component) const { return asleep_[static_cast<std::size_t>(component)] != 0; }
   /// Acting pairs that may meet and have a side that can move, ascending.
   std::span<PairContact* const> moving() const { return moving_; }
   /// Evaluations, linearisations and hold() visit these pairs alone, of the moving ones, with these components at their ends,
@@ -119,7 +120,7 @@ class ContactInteraction {
   /// Pairs with pressure at this motion, in the order of the pairs, up to the size of `samples`; returns
   /// their number. The call counters and the calls that a solver makes afterwards are unaffected.
   std::size_t read(const CellMotion& motion, std::span<ContactSample> samples);
-  /// Adds the contact force on each component (N, by component), in the same way.
+  /// Adds the contact force on each component (N, by component), in the same way; of those that sleep, incomplete sums.
   void add_forces(const CellMotion& motion, std::span<Vec3> forces_W);
   /// The component that presses most upon this one, or -1.
   int heaviest_on(int component, const CellMotion& motion);
@@ -172,7 +173,7 @@ class ContactInteraction {
     const auto c = static_cast<std::size_t>(component);
     if (components_[c].type == ComponentType::ground)
       return movable_grounds_.empty() || movable_grounds_[c] == 0;
-    return asleep_[c] != 0;
+    return is_asleep(component);
   }
   std::span<PairContact* const> visited() const { return attends_ ? attended_ : std::span(moving_); }
   void evaluate_all(const CellMotion& motion);

@@ -45,8 +45,8 @@ void ContactInteraction::read_peaks(const CellMotion& motion, std::vector<Contac
 }
 
 void ContactInteraction::add_forces(const CellMotion& motion, std::span<Vec3> forces_W) {
-  for (PairContact* const present : present_) {
-    PairContact& pair = *present;
+  for (PairContact* const moving : moving_) {
+    PairContact& pair = *moving;
     look_at_pair(pair, motion);
     if (pair.result.elements == 0) continue;
     const Vec3 f_W = body(motion, pair.target).X_WB.R * pair.result.F_B_T.f;

@@ -70,12 +70,7 @@ std::uint32_t ScenarioSlot::exchange(std::shared_ptr<LoadedScenario> next,
                                      std::optional<SimulationState> state, bool keep_controllers) {
   RunLoopOptions options = options_.loop;
   options.outbound = outbound_;
-  std::shared_ptr<LoadedScenario> old;
-  {
-    const std::lock_guard lock(mutex_);
-    old = std::exchange(loaded_, nullptr);
-  }
-  if (old) {
+  if (std::shared_ptr<LoadedScenario> old = set_loaded(nullptr)) {
     old->loop->stop();
     old->writer.reset();  // writes the last state of the old scenario ahead of the new one's
     set_pace(old->loop->pace(), old->loop->pace_factor());
@@ -92,10 +87,15 @@ std::uint32_t ScenarioSlot::exchange(std::shared_ptr<LoadedScenario> next,
     if (next->pause_at_s) options.pause_at_s = next->pause_at_s;
     next->loop.emplace(next->simulation, std::move(options));
     next->loop->set_on_quit(on_quit_);
-    if (listener_ != nullptr) listener_->opened(*next->loop);
-    on_exchange_(next.get());
-    const std::lock_guard lock(mutex_);
-    loaded_ = next;
+    // Who learns of the scenario by the listener may ask at once: the loop keeps requests until it starts.
+    set_loaded(next);
+    try {
+      if (listener_ != nullptr) listener_->opened(*next->loop);
+      on_exchange_(next.get());
+    } catch (...) {
+      set_loaded(nullptr);
+      throw;
+    }
     if (!given_up_()) next->loop->start();
   } else {
     if (listener_ != nullptr) {
@@ -108,6 +108,11 @@ std::uint32_t ScenarioSlot::exchange(std::shared_ptr<LoadedScenario> next,
   }
   outbound_->news.post();
   return generation_;
+}
+
+std::shared_ptr<LoadedScenario> ScenarioSlot::set_loaded(std::shared_ptr<LoadedScenario> next) {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(loaded_, std::move(next));
 }
 
 std::shared_ptr<LoadedScenario> ScenarioSlot::loaded() const {

@@ -86,6 +86,9 @@ class ScenarioSlot {
   void set_pace(Pace pace, double factor);
 
  private:
+  /// Returns what was loaded.
+  std::shared_ptr<LoadedScenario> set_loaded(std::shared_ptr<LoadedScenario> next);
+
   const HostOptions& options_;
   const std::shared_ptr<OutboundQueue> outbound_;
   const std::function<bool()> given_up_;

@@ -23,6 +23,7 @@ OdeSystem::OdeSystem(std::vector<PlantModel*> models, const ComponentInteraction
       segment_of_body_[static_cast<std::size_t>(model->body())] = static_cast<int>(segments_.size());
       if (count > 0) part_bodies_.push_back(model->body());
     }
+    if (model->body() >= 0 && count == 0) fixed_.push_back(segments_.size());
     if (count > 0) blocks_.push_back({{begin, begin + count}, model->body()});
     segments_.push_back({model, begin, count, static_cast<std::size_t>(indicator_count_), pattern_.size()});
     indicator_count_ += model->indicator_count();
@@ -145,11 +146,12 @@ void OdeSystem::update_motion(double t, std::span<const double> x) {
 }
 
 void OdeSystem::evaluate_wrenches() {
+  // A Gripper that released its load, or whose screwdriver stopped, must not keep its old wrench.
+  for (const int body : stateless_bodies_) wrenches_[static_cast<std::size_t>(body)] = {};
   if (!has_contacts() || islands_ != nullptr) {
-    // A Gripper that released its load, or whose screwdriver stopped, must not keep its old wrench.
-    for (const int body : stateless_bodies_) wrenches_[static_cast<std::size_t>(body)] = {};
     interaction_.evaluate(motion_, awake_, wrenches_);
   } else {
+    for (const int body : awake_) wrenches_[static_cast<std::size_t>(body)] = {};
     interaction_.evaluate(motion_, wrenches_);
   }
   if (has_contacts()) contacts_->evaluate_moving(motion_, wrenches_);
@@ -223,11 +225,12 @@ bool OdeSystem::switch_modes(double t, std::span<double> x) {
 
 double OdeSystem::next_time_event(double t) const {
   double next = std::numeric_limits<double>::infinity();
-  for (const Segment& segment : segments_) {
-    const double event = segment.model->next_time_event(t);
-    if (!(event >= next)) next = event;  // a NaN is kept, so that the caller refuses it
-    if (std::isnan(next)) break;
-  }
+  const auto note = [&](std::size_t i) {
+    const double event = segments_[i].model->next_time_event(t);
+    if (!std::isnan(next) && !(event >= next)) next = event;  // a NaN is kept, so that the caller refuses it
+  };
+  for (const std::size_t i : fixed_) note(i);
+  for (const std::size_t i : active_) note(i);
   return next;
 }
 

@@ -168,6 +168,7 @@ class OdeSystem {
   void follow_courses(double t);
 
   std::vector<Segment> segments_;
+  std::vector<std::size_t> fixed_;  ///< segments of bodies without states
   std::vector<Block> blocks_;
   std::vector<int> segment_of_body_;   ///< of bodies that may rest; else -1
   std::vector<int> stateless_bodies_;  ///< component ids of Grippers and Grounds

@@ -47,7 +47,7 @@ VelocitySystem::VelocitySystem(const OdeSystem& system)
         unit.block.resize(unit.states * unit.states), unit.pivots.resize(unit.states);
     }
   }
-  groups_.reserve(units_.size());
+  active_.reserve(units_.size()), groups_.reserve(units_.size());
   pairs_.reserve(16 + 8 * system.body_count());
   ends_.reserve(pairs_.capacity());
   constexpr std::size_t kOfBodies = 2 * 6 * 6;  // two bodies that move freely
@@ -73,10 +73,13 @@ void VelocitySystem::linearise(OdeSystem& system, double t, std::span<const doub
 }
 
 void VelocitySystem::linearise_models(OdeSystem& system, double t, std::span<const double> x) {
-  for (Unit& unit : units_) unit.active = false;
+  for (const std::size_t i : active_) units_[i].active = false;
+  active_.clear();
   for (const std::size_t i : system.active_segments()) {
     Unit& unit = units_[i];
-    unit.active = unit.states > 0;
+    if (unit.states == 0) continue;
+    unit.active = true;
+    active_.push_back(i);
     if (unit.form)
       unit.form->linearise(t, x.data() + unit.begin, system.motion(), system.wrenches(), unit.mass.data());
     else if (!unit.pattern.empty())
@@ -106,12 +109,13 @@ void VelocitySystem::find_groups() {
   sets_.reset();
   for (const PairEnds& ends : ends_)
     if (ends.base.unit >= 0 && ends.target.unit >= 0) sets_.join(ends.base.unit, ends.target.unit);
-  for (Unit& unit : units_) unit.group = kNoGroup;
+  for (const std::size_t i : active_) units_[i].group = kNoGroup;
   // Robots come first in the system and are coupled with most others: they are eliminated last.
   groups_.clear();
-  for (std::size_t i = units_.size(); i-- > 0;) {
+  for (std::size_t k = active_.size(); k-- > 0;) {
+    const std::size_t i = active_[k];
     Unit& unit = units_[i];
-    if (!unit.active || !unit.form) continue;
+    if (!unit.form) continue;
     std::size_t& group = units_[sets_.root(i)].group;
     if (group == kNoGroup) {
       group = groups_.size();
@@ -135,8 +139,8 @@ void VelocitySystem::find_groups() {
 
 void VelocitySystem::set_sparse_pattern() {
   nodes_.clear(), couplings_.clear();
-  for (std::size_t i = units_.size(); i-- > 0;) {
-    Unit& unit = units_[i];
+  for (std::size_t k = active_.size(); k-- > 0;) {
+    Unit& unit = units_[active_[k]];
     unit.node = -1;
     if (unit.group == kNoGroup || groups_[unit.group].is_dense()) continue;
     unit.node = static_cast<int>(nodes_.size());
@@ -239,8 +243,9 @@ void VelocitySystem::assemble(double a, double b) {
   if (largest_group_ > kMaxDense) sparse_.clear();
   for (std::size_t i = 0; i < pairs_.size(); ++i)
     add_pair(-b * pairs_[i].D - b * b / a * pairs_[i].K, pairs_[i].f_W, b * b / a, ends_[i]);
-  for (Unit& unit : units_) {
-    if (!unit.active || !unit.form) continue;
+  for (const std::size_t segment : active_) {
+    Unit& unit = units_[segment];
+    if (!unit.form) continue;
     const BlockPlace own = block_of(unit, unit);
     for (std::size_t k = 0; k < unit.velocities; ++k) {
       double* column = own.values + k * own.stride;
@@ -269,8 +274,8 @@ bool VelocitySystem::factorise_block(Unit& unit, double a, double b) const {
 
 bool VelocitySystem::factorise(double a, double b) {
   a_ = a, b_ = b;
-  for (Unit& unit : units_) {
-    if (!unit.active) continue;
+  for (const std::size_t segment : active_) {
+    Unit& unit = units_[segment];
     if (unit.form) {
       if (!unit.form->factorise(a, b, unit.rows.data())) return false;
     } else if (!unit.pattern.empty() && !factorise_block(unit, a, b)) {
@@ -285,8 +290,8 @@ bool VelocitySystem::factorise(double a, double b) {
 }
 
 void VelocitySystem::solve(std::span<double> r, double rate_share) {
-  for (Unit& unit : units_) {
-    if (!unit.active) continue;
+  for (const std::size_t segment : active_) {
+    Unit& unit = units_[segment];
     double* own = r.data() + unit.begin;
     if (!unit.form) {
       if (unit.pattern.empty())
@@ -336,8 +341,9 @@ void VelocitySystem::solve(std::span<double> r, double rate_share) {
     if (group.is_dense())
       solve_dense(&matrices_[group.matrix], group.size, &pivots_[group.first], &right_[group.first]);
   if (largest_group_ > kMaxDense) sparse_.solve(right_.data());
-  for (Unit& unit : units_) {
-    if (!unit.active || !unit.form) continue;
+  for (const std::size_t segment : active_) {
+    Unit& unit = units_[segment];
+    if (!unit.form) continue;
     unit.form->expand(&right_[groups_[unit.group].first + unit.place], r.data() + unit.begin);
   }
 }

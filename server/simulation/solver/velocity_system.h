@@ -108,6 +108,7 @@ class VelocitySystem {
   void clear_row(const Unit& unit, std::size_t i);
 
   std::vector<Unit> units_;
+  std::vector<std::size_t> active_;  ///< units that take part and have states, ascending
   std::vector<int> unit_of_body_;
   DisjointSets sets_;  ///< of units
   std::vector<PairLinearisation> pairs_;
