@@ -8,7 +8,6 @@ import threading
 import pytest
 
 from ur_clients import (  # noqa: F401  (fixtures)
-    free_ports,
     ModbusDevice,
     opened,
     PATIENCE_S,
@@ -94,7 +93,9 @@ end
 def test_a_remote_procedure_without_a_server_ends_its_program(robot, opened):
     _, ports, gateway = robot
     primary = opened(socket.create_connection(("127.0.0.1", ports[1]), timeout=PATIENCE_S))
-    port = free_ports(1)[0]
+    silent = opened(socket.socket())
+    silent.bind(("127.0.0.1", 0))  # and does not listen
+    port = silent.getsockname()[1]
     primary.sendall(f'def b():\n  g = rpc_factory("xmlrpc", "http://127.0.0.1:{port}")\n  g.open()\nend\n'.encode())
     gateway.wait_for_line("line 3, column 3", f"XML-RPC: open at http://127.0.0.1:{port}: the server cannot be reached")
 
