@@ -54,10 +54,11 @@ def test_a_program_calls_remote_procedures_while_the_robot_moves(robot, opened):
     _, ports, gateway = robot
     client = Rtde(opened, ports[0])
     server, calls = remote_procedures(opened)
-    answers = threading.Event()
+    called, answers = threading.Event(), threading.Event()
 
     def slow_width(tool, pose):
         calls.append((tool, pose))
+        called.set()
         assert answers.wait(PATIENCE_S)
         return 42.5
 
@@ -82,6 +83,7 @@ def test_a_program_calls_remote_procedures_while_the_robot_moves(robot, opened):
 end
 """.encode())
     client.wait(lambda s: abs(s["target_q"][5] - target[5]) < 1e-6)  # while the procedure has not answered
+    assert called.wait(PATIENCE_S)
     assert calls == [(3, {"x": 0.5, "y": 0, "z": 0, "rx": 0, "ry": 0, "rz": 0})]
     answers.set()
     gateway.wait_for_line("width 42.5")
