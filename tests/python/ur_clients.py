@@ -245,17 +245,23 @@ class ModbusDevice:
         threading.Thread(target=self.serve, daemon=True).start()
 
     def serve(self):
-        with contextlib.suppress(OSError):
-            peer, _ = self.listener.accept()
-            with peer:
-                while head := peer.recv(7, socket.MSG_WAITALL):
-                    transaction, _, size, unit = struct.unpack(">HHHB", head)
-                    pdu = peer.recv(size - 1, socket.MSG_WAITALL)
-                    answer = self.answer(pdu)
-                    with self.news:
-                        self.requests.append((unit, pdu))
-                        self.news.notify_all()
-                    peer.sendall(struct.pack(">HHHB", transaction, 0, 1 + len(answer), unit) + answer)
+        while True:
+            try:
+                peer, _ = self.listener.accept()
+            except OSError:
+                return
+            with contextlib.suppress(OSError), peer:  # takt-ur connects again where an answer was late
+                self.talk(peer)
+
+    def talk(self, peer):
+        while head := peer.recv(7, socket.MSG_WAITALL):
+            transaction, _, size, unit = struct.unpack(">HHHB", head)
+            pdu = peer.recv(size - 1, socket.MSG_WAITALL)
+            answer = self.answer(pdu)
+            with self.news:
+                self.requests.append((unit, pdu))
+                self.news.notify_all()
+            peer.sendall(struct.pack(">HHHB", transaction, 0, 1 + len(answer), unit) + answer)
 
     def wait(self, condition):
         with self.news:
