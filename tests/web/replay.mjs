@@ -33,7 +33,7 @@ const states = new Map(of(before, '/cell/state').map((sample) => [sample.step, s
 const heard = of(after, '/cell/state');
 assert.ok(heard.length > 100);
 for (const sample of heard) assert.deepEqual(sample, states.get(sample.step));
-assert.equal(heard.at(-1).time, 3.9);
+assert.ok(heard.at(-2).time < 3.9 && heard.at(-1).time >= 3.9, `${heard.at(-2).time} and ${heard.at(-1).time} s`);
 // A picture and a table of it, and what is said of them.
 const say = (...args) => JSON.parse(execFileSync(`${process.env.TAKT_BIN}/takt`, ['--json', ...args], {encoding: 'utf8'}));
 const table = say('export', 'run.mcap', '--csv', 'run.csv', '--signals', 'state.components.P.position.*');
