@@ -4,13 +4,13 @@ import ws from '@foxglove/ws-protocol';
 import {parse} from '@foxglove/rosmsg';
 import {MessageReader} from '@foxglove/rosmsg2-serialization';
 import WebSocket from 'ws';
-import {server, start, program, stop, takt, view} from './processes.mjs';
+import {patient, program, server, start, stop, takt, view} from './processes.mjs';
 
 const {FoxgloveClient} = ws;
 
 const running = await server('--paused', '--lod', '3', '--set', 'solver.method=implicit');
 const {child, url} = await view();
-const controller = await start('takt-controller', [program, '--start']);
+const controller = await start('takt-controller', [program, '--start', ...patient]);
 const address = url.replace('http', 'ws');
 
 async function look(protocol, headers = {}) {

@@ -2,7 +2,7 @@
 import {strict as assert} from 'node:assert';
 import {closeSync, fstatSync, openSync, writeSync} from 'node:fs';
 import {chromium, executable, visit} from './browser.mjs';
-import {program, server, start, stop, takt, view} from './processes.mjs';
+import {patient, program, server, start, stop, takt, view} from './processes.mjs';
 
 const chromiumHere = executable();
 
@@ -40,7 +40,7 @@ assert.equal(takt('state').step, before + 25);
 
 stage('play');
 // It plays: parts and robots move, the picture changes.
-const controller = await start('takt-controller', [program]);
+const controller = await start('takt-controller', [program, ...patient]);
 const first = await pixels();
 await page.click('#play');
 await until(() => takt.last.status.state === 2 && takt.last.state.time > 6);
