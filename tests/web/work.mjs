@@ -171,7 +171,7 @@ await shot('menu');
 assert.deepEqual(await findings(page), [], 'axe-core, menu');
 await page.fill('#scenario-file', 'gear_on_shaft.yaml');
 await page.click('#load');
-await until(() => takt.last.description.scenario === 'gear_on_shaft');
+await until(() => takt.last.description.scenario === 'gear_on_shaft' && takt.last.status.state === 0);
 assert.equal(takt('status').state, 'stopped');
 await reloaded(() => page.click('#reload'));
 await until(() => document.querySelector('#scenario-now').textContent === 'gear_on_shaft');
