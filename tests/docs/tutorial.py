@@ -14,6 +14,7 @@ import random
 import re
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -100,22 +101,28 @@ def typed(steps):
 
 
 def free_domain():
-    """A DDS domain whose first port no program on this machine uses."""
+    """A DDS domain whose first port no program on this machine uses, and the socket that keeps other tutorials, whose cells
+    have the same name, from it."""
     used = "".join(Path(name).read_text() for name in ("/proc/net/udp", "/proc/net/udp6") if Path(name).exists())
-    for _ in range(50):
-        domain = random.randint(101, 199)
-        if f":{7400 + 250 * domain:04X} " not in used:
-            break
-    return domain
+    for domain in random.sample(range(101, 200), 99):
+        if f":{7400 + 250 * domain:04X} " in used:
+            continue
+        claim = socket.socket(socket.AF_UNIX)
+        try:
+            claim.bind(f"\0takt_tutorial_{domain}")
+        except OSError:
+            continue
+        return domain, claim
+    raise TutorialError("every DDS domain from 101 to 199 is in use")
 
 
-def environment_of(arguments, folder):
+def environment_of(arguments, folder, domain):
     environment = dict(os.environ)
     environment["PATH"] = f"{arguments.bin.resolve()}:{environment['PATH']}"
     environment["TAKT_CONFIG"] = str(arguments.config.resolve())
     environment["HOME"] = str(folder.parent)
     environment.setdefault("TAKT_CACHE_DIR", str(folder.parent))
-    environment["TAKT_DOMAIN"] = str(free_domain())
+    environment["TAKT_DOMAIN"] = str(domain)
     environment["PYTHONDONTWRITEBYTECODE"] = "1"
     environment.pop("TAKT_CELL", None)
     if arguments.python:
@@ -141,8 +148,10 @@ def follow(page, steps, arguments):
     folder, outputs = scratch / "empty", scratch / "outputs"
     folder.mkdir()
     outputs.mkdir()
-    shell = subprocess.Popen(["bash", "-c", script_of(steps, outputs)], cwd=folder, env=environment_of(arguments, folder),
-                             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True)
+    domain, claim = free_domain()
+    shell = subprocess.Popen(["bash", "-c", script_of(steps, outputs)], cwd=folder,
+                             env=environment_of(arguments, folder, domain), stdout=subprocess.PIPE,
+                             stderr=subprocess.STDOUT, text=True, start_new_session=True)
     try:
         progress, _ = shell.communicate(timeout=arguments.timeout) if not any_job(steps) else (read_progress(shell), None)
         code = shell.wait(timeout=arguments.timeout)
@@ -162,6 +171,7 @@ def follow(page, steps, arguments):
             os.killpg(shell.pid, signal.SIGKILL)
         except ProcessLookupError:
             pass
+        claim.close()
         shutil.rmtree(scratch, ignore_errors=True)
 
 

@@ -22,7 +22,7 @@ class Tutorials(unittest.TestCase):
 
     def follow(self, text):
         steps = self.steps(text)
-        arguments = argparse.Namespace(bin=Path("/usr/bin"), config=Path("/tmp"), python=None, install=None, timeout=30)
+        arguments = argparse.Namespace(bin=Path("/usr/bin"), config=Path("/tmp"), python=None, install=None, timeout=240)
         tutorial.follow(Path("page.md"), steps, arguments)
 
     def test_files_commands_and_expected_lines_are_steps_and_illustrations_are_not(self):
@@ -53,7 +53,7 @@ class Tutorials(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             self.follow(f"```bash\n(while :; do read -rt 0.05 <> <(:) || true; date >{folder}/alive; done) &\necho $! >{folder}/pid\n```\n")
             number = int((Path(folder) / "pid").read_text())
-            end = time.monotonic() + 10
+            end = time.monotonic() + 60
             while self.runs(number) and time.monotonic() < end:
                 pass
             self.assertFalse(self.runs(number))

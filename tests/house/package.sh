@@ -44,7 +44,7 @@ python=$(sed -n 's/^TAKT_PYTHON_EXECUTABLE:[^=]*=//p' "$build/CMakeCache.txt")
 PYTHONPATH=$root/lib/python3/dist-packages "${python:-python3}" -c '
 import takt
 assert takt.__file__.startswith("'"$root"'"), takt.__file__
-with takt.Client("packaged") as cell:
+with takt.Client("packaged", timeout=60) as cell:
     assert cell.state.partner_of("P") in ("", "Table1"), cell.state.partner_of("P")
 '
 kill "$server"

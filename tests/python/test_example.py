@@ -40,7 +40,7 @@ def test_a_set_point_out_of_range_is_rejected_and_reported(cell):
     positions = cell.state.robot("Robot1").position
     positions[1] = 100.0
     cell.send_joint_command("Robot1", positions)
-    event = cell.wait_for_event(lambda e: e.code == "command_rejected", timeout=30)
+    event = cell.wait_for_event(lambda e: e.code == "command_rejected", timeout=60)
     assert event is not None
     assert event.subject == "Robot1"
     assert "shoulder_lift_joint" in event.message

@@ -63,17 +63,20 @@ def test_the_weight_of_a_part_is_the_force_at_the_tcp(robot, opened):
 def test_servo_set_points_move_the_robot_and_silence_ends_the_program(robot, opened):
     cell, ports, _ = robot
     client, driver = Rtde(opened, ports[0]), Driver(opened, ports[1])
-    q = list(client.wait(lambda s: s["runtime_state"] == 2)["actual_q"])
+    begin = state = client.wait(lambda s: s["runtime_state"] == 2)
+    q = list(begin["actual_q"])
     end = q[5] + 0.2
     while q[5] < end:
         q[5] = min(end, q[5] + 0.001)
-        driver.command(1, q, timeout_ms=200)
+        driver.command(1, q, timeout_ms=1000)
         client.wait(lambda s: True)
     repeats = 0
-    while repeats < 20:  # the same set-point again, until the robot stands: a missing one is extrapolated
-        driver.command(1, q, timeout_ms=200)
-        target = client.wait(lambda s: True)["target_q"][5]
-        repeats = repeats + 1 if abs(target - end) < 1e-6 else 0
+    # The same set-point again, until the robot stands (a missing one is extrapolated), and longer than the time limit.
+    while repeats < 20 or state["timestamp"] < begin["timestamp"] + 1.5:
+        driver.command(1, q, timeout_ms=1000)
+        state = client.wait(lambda s: True)
+        repeats = repeats + 1 if abs(state["target_q"][5] - end) < 1e-6 else 0
+    driver.command(1, q, timeout_ms=200)
     client.wait(lambda s: s["runtime_state"] == 1)  # no command for 200 ms
     state = client.wait(lambda s: abs(s["actual_q"][5] - s["target_q"][5]) < 1e-6)
     assert state["actual_q"][5] == pytest.approx(end, abs=1e-3)

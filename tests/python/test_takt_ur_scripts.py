@@ -8,7 +8,6 @@ import threading
 import pytest
 
 from ur_clients import (  # noqa: F401  (fixtures)
-    free_ports,
     ModbusDevice,
     opened,
     PATIENCE_S,
@@ -55,10 +54,11 @@ def test_a_program_calls_remote_procedures_while_the_robot_moves(robot, opened):
     _, ports, gateway = robot
     client = Rtde(opened, ports[0])
     server, calls = remote_procedures(opened)
-    answers = threading.Event()
+    called, answers = threading.Event(), threading.Event()
 
     def slow_width(tool, pose):
         calls.append((tool, pose))
+        called.set()
         assert answers.wait(PATIENCE_S)
         return 42.5
 
@@ -83,6 +83,7 @@ def test_a_program_calls_remote_procedures_while_the_robot_moves(robot, opened):
 end
 """.encode())
     client.wait(lambda s: abs(s["target_q"][5] - target[5]) < 1e-6)  # while the procedure has not answered
+    assert called.wait(PATIENCE_S)
     assert calls == [(3, {"x": 0.5, "y": 0, "z": 0, "rx": 0, "ry": 0, "rz": 0})]
     answers.set()
     gateway.wait_for_line("width 42.5")
@@ -94,7 +95,9 @@ end
 def test_a_remote_procedure_without_a_server_ends_its_program(robot, opened):
     _, ports, gateway = robot
     primary = opened(socket.create_connection(("127.0.0.1", ports[1]), timeout=PATIENCE_S))
-    port = free_ports(1)[0]
+    silent = opened(socket.socket())
+    silent.bind(("127.0.0.1", 0))  # and does not listen
+    port = silent.getsockname()[1]
     primary.sendall(f'def b():\n  g = rpc_factory("xmlrpc", "http://127.0.0.1:{port}")\n  g.open()\nend\n'.encode())
     gateway.wait_for_line("line 3, column 3", f"XML-RPC: open at http://127.0.0.1:{port}: the server cannot be reached")
 

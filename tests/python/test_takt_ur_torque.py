@@ -22,42 +22,54 @@ def dynamic(config, tmp_path_factory):
         gateway.close()
 
 
+def place_of_rest(cell):
+    """The joints of Robot1 when they have stood for 0.3 s of the cell's time."""
+    since = []
+
+    def stands(state):
+        q = state.robot("Robot1").position
+        if not since or max(abs(q - since[-1][1])) > 1e-4:
+            since.append((state.time, q))
+        return state.time > since[-1][0] + 0.3
+
+    found = cell.wait_for_state(stands, timeout=PATIENCE_S)
+    assert found is not None, since[-1]
+    return found.robot("Robot1").position
+
+
 def test_torques_of_a_driver_move_the_arm_and_none_lets_it_float(dynamic, opened):
-    _, ports, _ = dynamic
+    cell, ports, _ = dynamic
     client, driver = Rtde(opened, ports[0]), Driver(opened, ports[1])
     begin = client.wait(lambda s: s["runtime_state"] == 2)
     driver.command(TORQUE)
     floats = client.wait(lambda s: s["timestamp"] > begin["timestamp"] + 0.5)
     assert floats["actual_q"] == pytest.approx(begin["actual_q"], abs=1e-4)
-    driver.command(TORQUE, (40.0, 0, 0, 0, 0, 0))
+    driver.command(TORQUE, (5.0, 0, 0, 0, 0, 0))  # slow: the next command may be late by half a second
     moved = client.wait(lambda s: s["actual_q"][0] > begin["actual_q"][0] + 0.05)
     assert moved["target_q"] == pytest.approx(moved["actual_q"], abs=1e-6)
     # Position control goes on from there: the arm brakes, and stays.
     driver.command(SERVOJ, moved["actual_q"])
-    stays = client.wait(lambda s: s["timestamp"] > moved["timestamp"] + 1.0)
-    later = client.wait(lambda s: s["timestamp"] > stays["timestamp"] + 0.3)
-    assert later["actual_q"] == pytest.approx(stays["actual_q"], abs=1e-4)
-    assert abs(later["actual_q"][0] - moved["actual_q"][0]) < 0.2
+    brakes = client.wait(lambda s: s["target_q"] != s["actual_q"])
+    assert abs(place_of_rest(cell)[0] - brakes["actual_q"][0]) < 0.2
     driver.command(STOPPED)
     client.wait(lambda s: s["runtime_state"] == 1)
 
 
 def test_direct_torque_lasts_a_cycle_and_the_robot_brakes_without_it(dynamic, opened):
-    _, ports, _ = dynamic
+    cell, ports, _ = dynamic
     client = Rtde(opened, ports[0])
     begin = client.wait(lambda s: s["runtime_state"] == 1)
     primary = opened(socket.create_connection(("127.0.0.1", ports[1]), timeout=PATIENCE_S))
-    primary.sendall(b"def swing():\n  i = 0\n  while i < 150:\n    direct_torque([-15, 0, 0, 0, 0, 0], friction_comp=False)\n"
+    primary.sendall(b"def swing():\n  i = 0\n  while i < 150:\n    direct_torque([-5, 0, 0, 0, 0, 0], friction_comp=False)\n"
                     b"    i = i + 1\n  end\n  sleep(0.5)\nend\n")
     client.wait(lambda s: s["runtime_state"] == 2)
     end = client.wait(lambda s: s["runtime_state"] == 1)
     assert end["actual_q"][0] < begin["actual_q"][0] - 0.02
-    later = client.wait(lambda s: s["timestamp"] > end["timestamp"] + 0.3)
-    assert later["actual_q"] == pytest.approx(end["actual_q"], abs=1e-3)
+    assert place_of_rest(cell)[0] == pytest.approx(end["actual_q"][0], abs=0.2)
 
 
 def test_torques_beyond_a_limit_are_a_protective_stop(dynamic, opened):
-    _, ports, _ = dynamic
+    cell, ports, _ = dynamic
     client = Rtde(opened, ports[0])
     client.wait(lambda s: s["runtime_state"] == 1)
     dashboard = opened(socket.create_connection(("127.0.0.1", ports[4]), timeout=PATIENCE_S)).makefile("rw")
@@ -73,10 +85,7 @@ def test_torques_beyond_a_limit_are_a_protective_stop(dynamic, opened):
     primary.sendall(b"def race():\n  while True:\n    direct_torque([300, 0, 0, 0, 0, 0], friction_comp=False)\n  end\nend\n")
     client.wait(lambda s: s["runtime_state"] == 2)
     client.wait(lambda s: ask("safetystatus") == "Safetystatus: PROTECTIVE_STOP")
-    stopped = client.wait(lambda s: True)
-    stands = client.wait(lambda s: s["timestamp"] > stopped["timestamp"] + 2.0)
-    later = client.wait(lambda s: s["timestamp"] > stands["timestamp"] + 0.3)
-    assert later["actual_q"] == pytest.approx(stands["actual_q"], abs=1e-4), "it brakes, and takes no torques"
+    place_of_rest(cell)  # it brakes, and takes no torques
     assert ask("stop") == "Stopped"
     assert "releasing" in ask("unlock protective stop")
     assert ask("safetystatus") == "Safetystatus: NORMAL"

@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import random
 import signal
 import socket
 import struct
@@ -29,12 +30,13 @@ ROBOT_STATE, VERSION, KEY_MESSAGE = (16,), (20, 3), (20, 7)
 
 
 def free_ports(count):
-    sockets = [socket.socket() for _ in range(count)]
-    for one in sockets:
-        one.bind(("127.0.0.1", 0))
-    ports = [one.getsockname()[1] for one in sockets]
-    for one in sockets:
-        one.close()
+    """None of those that the kernel gives to programs that ask for any: such a program could have it before takt-ur."""
+    ports = []
+    while len(ports) < count:
+        port = random.randrange(10000, 32768)
+        with socket.socket() as probe, contextlib.suppress(OSError):
+            probe.bind(("127.0.0.1", port))
+            ports += [port] * (port not in ports)
     return ports
 
 
@@ -243,17 +245,23 @@ class ModbusDevice:
         threading.Thread(target=self.serve, daemon=True).start()
 
     def serve(self):
-        with contextlib.suppress(OSError):
-            peer, _ = self.listener.accept()
-            with peer:
-                while head := peer.recv(7, socket.MSG_WAITALL):
-                    transaction, _, size, unit = struct.unpack(">HHHB", head)
-                    pdu = peer.recv(size - 1, socket.MSG_WAITALL)
-                    answer = self.answer(pdu)
-                    with self.news:
-                        self.requests.append((unit, pdu))
-                        self.news.notify_all()
-                    peer.sendall(struct.pack(">HHHB", transaction, 0, 1 + len(answer), unit) + answer)
+        while True:
+            try:
+                peer, _ = self.listener.accept()
+            except OSError:
+                return
+            with contextlib.suppress(OSError), peer:  # takt-ur connects again where an answer was late
+                self.talk(peer)
+
+    def talk(self, peer):
+        while head := peer.recv(7, socket.MSG_WAITALL):
+            transaction, _, size, unit = struct.unpack(">HHHB", head)
+            pdu = peer.recv(size - 1, socket.MSG_WAITALL)
+            answer = self.answer(pdu)
+            with self.news:
+                self.requests.append((unit, pdu))
+                self.news.notify_all()
+            peer.sendall(struct.pack(">HHHB", transaction, 0, 1 + len(answer), unit) + answer)
 
     def wait(self, condition):
         with self.news:

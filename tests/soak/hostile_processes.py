@@ -109,7 +109,7 @@ def stopped(d):
 
     after = d.served_on("stopped for 10 s, then continued", server, act)
     resets = after["schedule_resets"] if after else "?"
-    heard = d.hears(watcher, "stopped", 5)
+    heard = d.hears(watcher, "stopped", 20)
     d.row("  its watcher", f"{'hears it again' if heard else 'hears nothing'}; {resets} schedule resets", heard)
     d.end(watcher)
     d.end(server)
@@ -132,9 +132,9 @@ def clock(d):
             shift(seconds)
             d.ends_within(server, 7)  # longer than a lease
         watcher = d.start("takt", "record", "-", log="clock")
-        d.hears(watcher, "clock", 2)
+        d.hears(watcher, "clock", 20)
         d.served_on(f"time of day of the server: {name}", server, act)
-        heard = d.hears(watcher, "clock", 3)
+        heard = d.hears(watcher, "clock", 20)
         d.row("  a client from before", "hears it still" if heard else "hears nothing", heard)
         d.end(watcher)
     d.end(server)

@@ -89,7 +89,7 @@ def main():
         elif any(files.values()):
             d.row(name, f"takt has files: {files}"[:58], False)
         d.served_on(name, server, lambda: act(server))
-        if not d.hears(watcher, "watch", 2):
+        if not d.hears(watcher, "watch", 20):
             d.row("  " + name, "its other client hears nothing", False)
         for child in (stock, watcher, server):
             d.end(child)

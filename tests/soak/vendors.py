@@ -13,6 +13,7 @@ Exit code 0 when all levels (1 and 3) end as expected.
 """
 
 import argparse
+import contextlib
 import csv
 import math
 import os
@@ -79,11 +80,12 @@ class PacketClock:
         return (ipoc - self.first) / 1000 - self.begin_s
 
 
-def rsi_link(port):
+def rsi_link():
+    """A socket, and its port."""
     link = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-    link.bind(("127.0.0.1", port))
+    link.bind(("127.0.0.1", 0))
     link.settimeout(PATIENCE_S)
-    return link
+    return link, link.getsockname()[1]
 
 
 def rsi_program(link, course, clock, over):
@@ -181,14 +183,14 @@ class UrDriver:
         self.sockets["reverse_socket"].sendall(struct.pack(">8i", 0, *[0] * 6, -2))
 
 
-def free_ports(*kinds):
-    """One for each kind, all different."""
-    probes = [socket.socket(socket.AF_INET, kind) for kind in kinds]
-    for probe in probes:
-        probe.bind(("127.0.0.1", 0))
-    ports = [probe.getsockname()[1] for probe in probes]
-    for probe in probes:
-        probe.close()
+def free_ports(count):
+    """None of those that the kernel gives to programs that ask for any: such a program could have it before takt-ur."""
+    ports = []
+    while len(ports) < count:
+        port = random.randrange(10000, 32768)
+        with socket.socket() as probe, contextlib.suppress(OSError):
+            probe.bind(("127.0.0.1", port))
+            ports += [port] * (port not in ports)
     return ports
 
 
@@ -236,8 +238,8 @@ def rsi_mapping(folder, number, port):
 
 def run(bin_folder, config, level, courses, folder, factor):
     """The state hash at the end, empty at the pace realtime; None where the Parts are elsewhere. `factor` None: in lockstep."""
-    *tcp, rsi = free_ports(*[socket.SOCK_STREAM] * 5, socket.SOCK_DGRAM)
-    rtde, primary, secondary, realtime, dashboard = tcp
+    rtde, primary, secondary, realtime, dashboard = free_ports(5)
+    link, rsi = rsi_link()
     folder.joinpath("ur.yaml").write_text(
         f"takt_ur: 1\nrobot: Robot1\ntool: Gripper1\ntime: simulated\n"
         f"listen: {{address: 127.0.0.1, rtde: {rtde}, primary: {primary}, secondary: {secondary}, realtime: {realtime}, "
@@ -254,7 +256,7 @@ def run(bin_folder, config, level, courses, folder, factor):
     try:
         end_s = courses[0].duration_s + 1.0
         over = (lambda t: done.is_set()) if factor is not None else (lambda t: t >= end_s)
-        program = threading.Thread(target=rsi_program, daemon=True, args=(rsi_link(rsi), courses[1], PacketClock(BEGIN_S), over))
+        program = threading.Thread(target=rsi_program, daemon=True, args=(link, courses[1], PacketClock(BEGIN_S), over))
         program.start()
         subprocess.run([*takt, "--timeout", "60", "status"], check=True, stdout=subprocess.DEVNULL)
         # Both begin while the cell is paused, so that their times are the cell's, and one course does not lag behind the other.
@@ -311,7 +313,7 @@ def run_in_lockstep(bin_folder, config, level, courses, folder):
     here = cell_of_its_own()
     scenario = scenario_of(config, level, folder)
     takt = [bin_folder / "takt", *here]
-    ports = free_ports(socket.SOCK_DGRAM, socket.SOCK_DGRAM)
+    links, ports = zip(rsi_link(), rsi_link())
     logs = [folder / f"{part}_{level}.log" for part in ("server", "rsi_1", "rsi_2")]
 
     def start(log, *command):
@@ -323,9 +325,9 @@ def run_in_lockstep(bin_folder, config, level, courses, folder):
         start(logs[0], bin_folder / "takt-server", scenario, "--lod", str(level), "--paused")
         subprocess.run([*takt, "--timeout", "60", "status"], check=True, stdout=subprocess.DEVNULL)
         end_s = courses[0].duration_s + 1.0
-        for course, port in zip(courses, ports):
+        for course, link in zip(courses, links):
             threading.Thread(target=rsi_program, daemon=True,
-                             args=(rsi_link(port), course, PacketClock(), lambda t: t >= end_s)).start()
+                             args=(link, course, PacketClock(), lambda t: t >= end_s)).start()
         # The cell plays when both are registered, so that they begin at the same instant.
         for number, port, log in zip((1, 2), ports, logs[1:]):
             start(log, bin_folder / "takt-rsi", rsi_mapping(folder, number, port), "--name", f"rsi_{number}", "--lockstep",

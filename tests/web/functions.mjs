@@ -4,7 +4,7 @@
 import {strict as assert} from 'node:assert';
 import {cpSync, existsSync, mkdirSync, readFileSync, readdirSync} from 'node:fs';
 import {chromium, executable, visit} from './browser.mjs';
-import {program, sources, start, stop, takt, view} from './processes.mjs';
+import {patient, program, sources, start, stop, takt, view} from './processes.mjs';
 
 const browser = await chromium.launch(executable());
 cpSync(`${sources}/config`, 'config', {recursive: true});
@@ -227,7 +227,7 @@ await both('an event', 'events', {mouse: () => page.locator('#events button').la
 await key('l');
 
 stage('programs');
-const controller = await start('takt-controller', [program]);
+const controller = await start('takt-controller', [program, ...patient]);
 const open = (id) => until((which) => !document.querySelector(`#${which}`).hidden, id), shut = (id) => until((which) => document.querySelector(`#${which}`).hidden, id);
 await both('programs', ['read-program', 'program-close', 'program-which', 'program-follow'], {mouse: () => click('read-program'), key: () => key('p'), shows: async (turn) => {
   await open('program');

@@ -4,7 +4,7 @@ import {strict as assert} from 'node:assert';
 import {execFileSync} from 'node:child_process';
 import {existsSync, statSync, writeFileSync} from 'node:fs';
 import {ALL_PIXELS, chromium, executable, visit} from './browser.mjs';
-import {server, sources, start, stop, takt, view} from './processes.mjs';
+import {patient, server, sources, start, stop, takt, view} from './processes.mjs';
 
 const browser = await chromium.launch(executable());
 const begun = Date.now();
@@ -46,7 +46,7 @@ const drawn = async (ask) => {
 const offered = (until, names) => until((wanted) => wanted.every((name) => takt.lower.tree.has(name)), names);
 // A recorder that hears the cell: what it has written is read back.
 async function recording(file, until) {
-  const recorder = await start('takt', ['record', file, '--until', until]);
+  const recorder = await start('takt', ['record', file, '--until', until, ...patient]);
   while (!existsSync(file) || statSync(file).size < 20000) await new Promise((resolve) => setTimeout(resolve, 20));
   return recorder;
 }
@@ -85,7 +85,7 @@ await page.click('#step');
 await offered(until, names);
 for (const name of names) await add(page, name);
 const recorder = await recording('seen.mcap', '2');
-const controller = await start('takt-controller', [program]);
+const controller = await start('takt-controller', [program, ...patient]);
 await page.click('#play');
 assert.equal(await recorder.ended, 0, recorder.text);
 await page.click('#pause');

@@ -5,7 +5,7 @@ import {execFileSync} from 'node:child_process';
 import {existsSync, readFileSync, statSync} from 'node:fs';
 import {findings} from './axe.mjs';
 import {chromium, executable, point, visit} from './browser.mjs';
-import {program, server, start, stop, takt, view} from './processes.mjs';
+import {patient, program, server, start, stop, takt, view} from './processes.mjs';
 
 const browser = await chromium.launch(executable());
 const begun = Date.now();
@@ -26,9 +26,9 @@ await page.click('#program-close');
 await until(() => document.querySelector('#program').hidden);
 
 stage('a controller runs one');
-const recorder = await start('takt', ['record', 'seen.mcap']);
+const recorder = await start('takt', ['record', 'seen.mcap', ...patient]);
 while (!existsSync('seen.mcap') || statSync('seen.mcap').size < 20000) await new Promise((resolve) => setTimeout(resolve, 20));
-const controller = await start('takt-controller', [program]);
+const controller = await start('takt-controller', [program, ...patient]);
 await page.click('#read-program');
 await until((wanted) => document.querySelector('#program-which').selectedOptions[0]?.textContent === wanted, 'block_assembly.lua: Robot1, Robot2 (takt-controller)');
 await until((first) => document.querySelector('#program-text .cm-line')?.textContent === first, lineOf(1));

@@ -2,14 +2,14 @@
 import {strict as assert} from 'node:assert';
 import {execFileSync} from 'node:child_process';
 import {existsSync, readFileSync, statSync} from 'node:fs';
-import {scenario, start} from './processes.mjs';
+import {patient, scenario, start} from './processes.mjs';
 
 process.env.TAKT_CELL = 'cell';
 const exported = (file) => execFileSync(`${process.env.TAKT_BIN}/takt`, ['--json', 'export', file], {encoding: 'utf8', maxBuffer: 1 << 30})
   .trim().split('\n').map((line) => JSON.parse(line));
 
 await (await start('takt-run', ['run', scenario, '--duration', '4', '--mcap', 'run.mcap', '--quiet'])).ended;
-const recorder = await start('takt', ['record', 'again.mcap', '--until', '3.9']);
+const recorder = await start('takt', ['record', 'again.mcap', '--until', '3.9', ...patient]);
 const begin = process.hrtime.bigint();
 const player = await start('takt', ['replay', 'run.mcap', '--rate', '0.5']);
 assert.equal(await recorder.ended, 0, recorder.text);
@@ -33,7 +33,7 @@ const states = new Map(of(before, '/cell/state').map((sample) => [sample.step, s
 const heard = of(after, '/cell/state');
 assert.ok(heard.length > 100);
 for (const sample of heard) assert.deepEqual(sample, states.get(sample.step));
-assert.equal(heard.at(-1).time, 3.9);
+assert.ok(heard.at(-2).time < 3.9 && heard.at(-1).time >= 3.9, `${heard.at(-2).time} and ${heard.at(-1).time} s`);
 // A picture and a table of it, and what is said of them.
 const say = (...args) => JSON.parse(execFileSync(`${process.env.TAKT_BIN}/takt`, ['--json', ...args], {encoding: 'utf8'}));
 const table = say('export', 'run.mcap', '--csv', 'run.csv', '--signals', 'state.components.P.position.*');
@@ -50,7 +50,7 @@ if (existsSync('/usr/bin/gnuplot')) {
   assert.match(readFileSync('p.svg', 'utf8'), /elbow_joint/);
 }
 // A recorder that is killed leaves what it has written so far, a second old at most.
-const doomed = await start('takt', ['record', 'killed.mcap']);
+const doomed = await start('takt', ['record', 'killed.mcap', ...patient]);
 const again = await start('takt', ['replay', 'run.mcap']);
 const written = () => (existsSync('killed.mcap') ? statSync('killed.mcap').size : 0);
 const until = async (condition) => { while (!condition()) await new Promise((resolve) => setTimeout(resolve, 20)); };

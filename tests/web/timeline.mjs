@@ -4,7 +4,7 @@ import {strict as assert} from 'node:assert';
 import {execFileSync} from 'node:child_process';
 import {existsSync, readFileSync, statSync} from 'node:fs';
 import {chromium, executable, point, visit} from './browser.mjs';
-import {program, server, start, stop, takt, view} from './processes.mjs';
+import {patient, program, server, start, stop, takt, view} from './processes.mjs';
 
 const browser = await chromium.launch(executable());
 const begun = Date.now();
@@ -71,9 +71,9 @@ for (let n = 0; n < 5; ++n) await page.locator('#grip').press('ArrowUp');
 assert.equal(await low(), narrow + 150);
 
 stage('the cell runs, and a recorder listens');
-const recorder = await start('takt', ['record', 'seen.mcap']);
+const recorder = await start('takt', ['record', 'seen.mcap', ...patient]);
 while (!existsSync('seen.mcap') || statSync('seen.mcap').size < 20000) await new Promise((resolve) => setTimeout(resolve, 20));
-const controller = await start('takt-controller', [program]);
+const controller = await start('takt-controller', [program, ...patient]);
 await page.click('#play');
 await until(() => takt.last.state.time > 3);
 

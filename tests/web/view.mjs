@@ -2,12 +2,13 @@
 import {strict as assert} from 'node:assert';
 import {closeSync, fstatSync, openSync, writeSync} from 'node:fs';
 import {chromium, executable, visit} from './browser.mjs';
-import {program, server, start, stop, takt, view} from './processes.mjs';
+import {patient, program, server, start, stop, takt, view} from './processes.mjs';
 
 const chromiumHere = executable();
 
 let {child: bridge, url} = await view();  // before there is anything to see
-let running = await server('--paused', '--lod', '3', '--set', 'solver.method=implicit');
+// The cell stands while P is held, however seldom the page draws.
+let running = await server('--paused', '--pause-at-end', '--set', 'duration_s=6.2', '--lod', '3', '--set', 'solver.method=implicit');
 const browser = await chromium.launch(chromiumHere);
 const {page, problems, until, ask} = await visit(browser, url, process.env.TAKT_SCREENSHOT ? {width: 1400, height: 900} : {width: 900, height: 560});
 const pixels = async () => (await page.locator('#cell').screenshot()).toString('base64');
@@ -39,13 +40,10 @@ assert.equal(takt('state').step, before + 25);
 
 stage('play');
 // It plays: parts and robots move, the picture changes.
-const controller = await start('takt-controller', [program]);
+const controller = await start('takt-controller', [program, ...patient]);
 const first = await pixels();
 await page.click('#play');
-// The cell stands while P is held, however seldom the page draws.
-while (takt('state').time <= 6) await new Promise((done) => setTimeout(done, 50));
-takt('pause');
-await until(() => takt.last.state.time > 6);
+await until(() => takt.last.status.state === 2 && takt.last.state.time > 6);
 assert.notEqual(await pixels(), first);
 await until(() => takt.plots.tracks.size > 0 && [...takt.plots.tracks.values()].every(({x}) => x.length > 20));
 assert.ok(await ask(() => [...takt.plots.tracks.values()].every(({x}) => x.every((value, i) => i === 0 || value > x[i - 1]))));

@@ -4,7 +4,7 @@ import {strict as assert} from 'node:assert';
 import {cpSync, mkdirSync, readFileSync} from 'node:fs';
 import {findings} from './axe.mjs';
 import {chromium, executable, visit} from './browser.mjs';
-import {program, sources, start, stop, takt, view} from './processes.mjs';
+import {patient, program, sources, start, stop, takt, view} from './processes.mjs';
 
 const browser = await chromium.launch(executable());
 cpSync(`${sources}/config`, 'config', {recursive: true});
@@ -98,7 +98,7 @@ await until(() => Math.abs(takt.last.state.grippers[0].width - 0.03) < 2e-4);
 
 stage('a controller has the robot');
 // The pendant leaves it alone and says whose it is.
-const controller = await start('takt-controller', [program]);
+const controller = await start('takt-controller', [program, ...patient]);
 await ask(() => takt.select({kind: 'robot', name: 'Robot1'}));
 await until((label) => document.querySelector(`#selection button[aria-label="${label}"]`).title.startsWith('It is commanded by takt-controller'), `${names[0]} forth`);
 const refused = await ask((robot) => takt.link.call('stop_jogging', {robot}), 'Robot1');
@@ -171,7 +171,7 @@ await shot('menu');
 assert.deepEqual(await findings(page), [], 'axe-core, menu');
 await page.fill('#scenario-file', 'gear_on_shaft.yaml');
 await page.click('#load');
-await until(() => takt.last.description.scenario === 'gear_on_shaft');
+await until(() => takt.last.description.scenario === 'gear_on_shaft' && takt.last.status.state === 0);
 assert.equal(takt('status').state, 'stopped');
 await reloaded(() => page.click('#reload'));
 await until(() => document.querySelector('#scenario-now').textContent === 'gear_on_shaft');
