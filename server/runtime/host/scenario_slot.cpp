@@ -87,7 +87,7 @@ std::uint32_t ScenarioSlot::exchange(std::shared_ptr<LoadedScenario> next,
     if (next->pause_at_s) options.pause_at_s = next->pause_at_s;
     next->loop.emplace(next->simulation, std::move(options));
     next->loop->set_on_quit(on_quit_);
-    // Who learns of the scenario by the listener may ask at once: the loop keeps requests until it starts.
+    // Clients that learn of the scenario by the listener may ask at once: the loop keeps requests until it starts.
     set_loaded(next);
     try {
       if (listener_ != nullptr) listener_->opened(*next->loop);
