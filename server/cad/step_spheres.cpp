@@ -22,6 +22,10 @@
 #include <set>
 #include <vector>
 
+#if __has_include(<StepData_Factors.hxx>)
+#include <StepData_Factors.hxx>
+#endif
+
 namespace takt::cad {
 
 namespace {
@@ -30,6 +34,23 @@ using Sphere = Handle(StepGeom_SphericalSurface);
 
 /// Borders that come nearer to a pole than this run through it.
 constexpr double kNear_rad = 0.05;
+
+// In the units of the file.
+#if __has_include(<StepData_Factors.hxx>)  // OCCT 7.8
+Handle(Geom_Curve) made(const Handle(StepGeom_Curve) & curve) {
+  return StepToGeom::MakeCurve(curve, StepData_Factors());
+}
+Handle(Geom_SphericalSurface) made(const Sphere& sphere) {
+  return StepToGeom::MakeSphericalSurface(sphere, StepData_Factors());
+}
+#else
+Handle(Geom_Curve) made(const Handle(StepGeom_Curve) & curve) {
+  return StepToGeom::MakeCurve(curve);
+}
+Handle(Geom_SphericalSurface) made(const Sphere& sphere) {
+  return StepToGeom::MakeSphericalSurface(sphere);
+}
+#endif
 
 struct Borders {
   Sphere sphere;
@@ -72,7 +93,7 @@ std::vector<gp_Dir> directions_of(const Borders& borders, const gp_Pnt& center) 
   constexpr int kPoints = 48;
   std::vector<gp_Dir> directions;
   for (const auto& step_curve : borders.curves) {
-    const Handle(Geom_Curve) curve = StepToGeom::MakeCurve(step_curve);
+    const Handle(Geom_Curve) curve = made(step_curve);
     if (curve.IsNull() || Precision::IsInfinite(curve->FirstParameter()) ||
         Precision::IsInfinite(curve->LastParameter()))
       return {};
@@ -102,7 +123,7 @@ Handle(StepGeom_Direction) step_direction(const gp_Dir& direction) {
 
 void turn_poles(const Borders& borders) {
   constexpr double kSideways = 0.1;  // a pole beside the faces is better than one within
-  const Handle(Geom_SphericalSurface) surface = StepToGeom::MakeSphericalSurface(borders.sphere);
+  const Handle(Geom_SphericalSurface) surface = made(borders.sphere);
   if (surface.IsNull()) return;
   const gp_Ax3 frame = surface->Position();
   const std::vector<gp_Dir> directions = directions_of(borders, frame.Location());
