@@ -214,9 +214,9 @@ std::string close_holes(const TriangleMesh& mesh, double volume_m3, RepairedMesh
 
 }  // namespace
 
-bool make_body(const TopoDS_Shape& given, double deflection_m, double angle_rad, product::Body& body,
+bool make_body(const TopoDS_Shape& solid_mm, double deflection_m, double angle_rad, product::Body& body,
                std::vector<std::string>& notes) {
-  TriangulatedSolid triangulated = triangulate(given, deflection_m / kMm, angle_rad);
+  TriangulatedSolid triangulated = triangulate(solid_mm, deflection_m / kMm, angle_rad);
   const TopoDS_Shape& solid = triangulated.shape;
   if (triangulated.open_edges == 0 && triangulated.sewn_gap_mm > 0.0)
     notes.push_back(body.name + ": its faces do not meet everywhere and are sewn over gaps of at most " +
@@ -295,6 +295,7 @@ TriangleMesh finer_mesh(const TopoDS_Shape& solid, double deflection_m, double a
   }
   if (count != body.faces.size()) return {};
   std::vector<double> face_deflections_mm;
+  face_deflections_mm.reserve(face_deflections_m.size());
   for (const double d : face_deflections_m) face_deflections_mm.push_back(d / kMm);
   TriangulatedSolid triangulated =
       triangulate_faces(solid, deflection_m / kMm, angle_rad, face_deflections_mm);

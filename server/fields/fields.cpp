@@ -1,7 +1,9 @@
 #include "server/fields/fields.h"
 
+#include <algorithm>
+#include <bit>
 #include <cmath>
-#include <cstring>
+#include <cstdint>
 #include <numbers>
 
 namespace takt {
@@ -44,7 +46,9 @@ Vec3 rpy_from_rotation(const Mat3& R) {
 }
 
 bool same_bits(const Mat3& a, const Mat3& b) {
-  return std::memcmp(a.data(), b.data(), 9 * sizeof(double)) == 0;
+  return std::equal(a.data(), a.data() + a.size(), b.data(), [](double x, double y) {
+    return std::bit_cast<std::uint64_t>(x) == std::bit_cast<std::uint64_t>(y);
+  });
 }
 
 /// The first readable form that gives these bits; else the matrix.

@@ -35,7 +35,7 @@ namespace fs = std::filesystem;
 constexpr const char* kIdentifier = "takt_cell";
 
 /// Files of a scenario: values of keys that name one, by the table of fields.
-void visit_files(YAML::Node node, const KeyInfo& info, const std::function<void(YAML::Node)>& visit) {
+void visit_files(YAML::Node& node, const KeyInfo& info, const std::function<void(YAML::Node&)>& visit) {
   if (info.kind == KeyInfo::Kind::file && node.IsScalar()) return visit(node);
   if (node.IsSequence() && !info.items.empty()) {
     for (auto&& element : node) visit_files(element, info.items.front(), visit);
@@ -87,7 +87,7 @@ void write_resources(const Scenario& scenario, const fs::path& resources, const 
   const auto absolute = [&](const std::string& value) {
     return split_mesh_path((resources / value).lexically_normal());
   };
-  visit_files(tree, info, [&](YAML::Node node) {
+  visit_files(tree, info, [&](YAML::Node& node) {
     const fs::path file = absolute(node.Scalar()).file;
     files.insert(file);
     const std::string kind = file.extension();
@@ -99,7 +99,7 @@ void write_resources(const Scenario& scenario, const fs::path& resources, const 
   const auto place = [&](const fs::path& file) {
     return fs::path("files") / file.lexically_relative(common);
   };
-  visit_files(tree, info, [&](YAML::Node node) {
+  visit_files(tree, info, [&](YAML::Node& node) {
     const MeshPath mesh = absolute(node.Scalar());
     node = place(mesh.file).string() + (mesh.node.empty() ? "" : "#" + mesh.node);
   });

@@ -87,8 +87,8 @@ void write_head(std::ostream& out, const Json& report, std::string_view png) {
   }
   // Of what the machines have; those of demands have no unit.
   const Json& margins = metrics["margins"];
-  if (const auto found =
-          std::find_if(margins.begin(), margins.end(), [](const Json& m) { return m["unit"] != ""; });
+  if (const auto found = std::find_if(margins.begin(), margins.end(),
+                                      [](const Json& m) { return !text_of(m["unit"]).empty(); });
       found != margins.end()) {
     const Json& most = *found;
     numbers.emplace_back("most used limit: " + text_of(most["of"]), used_text(most["use"].get<double>()));
@@ -215,6 +215,13 @@ void write_loads(std::ostream& out, const Json& report) {
   }
 }
 
+/// A bar with its number; `style` is that of a limit that is passed, or empty.
+std::string bar_of(double use, const std::string& style) {
+  return "<span class=\"bar " + style +
+         "\" style=\"width:" + fixed_text(std::clamp(120.0 * use, 0.0, 240.0), 0) +
+         "px\"></span> <span class=\"" + style + "\">" + used_text(use) + "</span>";
+}
+
 void write_margins(std::ostream& out, const Json& report) {
   out << "<h2>Margins to limits</h2>\n";
   HtmlTable table(out, {"of", "largest value #", "limit #", "at (s)", "used"});
@@ -222,11 +229,9 @@ void write_margins(std::ostream& out, const Json& report) {
     const double use = m["use"].get<double>();
     const std::string over = use > 1.0 ? "over" : "";
     const std::string unit = text_of(m["unit"]);
+    const std::string bar = bar_of(use, over);
     table.row({xml_escaped(text_of(m["of"])), xml_escaped(quantity(m["value"], unit)),
-               xml_escaped(quantity(m["limit"], unit)), time_text(m["time"]),
-               "<span class=\"bar " + over +
-                   "\" style=\"width:" + fixed_text(std::clamp(120.0 * use, 0.0, 240.0), 0) +
-                   "px\"></span> <span class=\"" + over + "\">" + used_text(use) + "</span>"},
+               xml_escaped(quantity(m["limit"], unit)), time_text(m["time"]), bar},
               true);
   }
 }
@@ -264,7 +269,8 @@ void write_curves(std::ostream& out, const std::vector<Curve>& curves) {
     else if (std::ranges::find(groups, curve.group) == groups.end())
       groups.push_back(curve.group);
   }
-  std::ranges::stable_partition(groups, [](const std::string& group) { return group == kContactForces; });
+  std::stable_partition(groups.begin(), groups.end(),
+                        [](const std::string& group) { return group == kContactForces; });
   if (!curves.empty()) out << "<h2>Curves</h2>\n";
   for (const std::string& group : groups) {
     Plot plot{group, "time (s)", "", "", {}, false, 1120.0, 380.0};

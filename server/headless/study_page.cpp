@@ -95,7 +95,7 @@ Map map_of(const Table& table, const std::vector<std::string>& keys, const std::
   }
   for (auto* values : {&map.across, &map.up}) {
     std::ranges::sort(*values);
-    values->erase(std::ranges::unique(*values).begin(), values->end());
+    values->erase(std::unique(values->begin(), values->end()), values->end());
   }
   return map;
 }

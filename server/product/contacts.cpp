@@ -34,7 +34,8 @@ double common_area(const std::array<Vec2, 3>& a, const std::array<Vec2, 3>& b, V
   std::size_t count = 3;
   std::copy(a.begin(), a.end(), polygon.begin());
   for (std::size_t e = 0; e < 3 && count > 0; ++e) {
-    const Vec2 from = b[e], edge = b[(e + 1) % 3] - from;
+    const Vec2& from = b[e];
+    const Vec2 edge = b[(e + 1) % 3] - from;
     std::size_t kept = 0;
     for (std::size_t i = 0; i < count; ++i) {
       const Vec2 &p = polygon[i], &q = polygon[(i + 1) % count];
@@ -264,11 +265,14 @@ class Finder {
   }
 
   static constexpr int kAround = 72, kAlong = 24;
+  static std::size_t cell_of(int around, int along) {
+    return static_cast<std::size_t>(around) * kAlong + static_cast<std::size_t>(along);
+  }
 
   /// Which cells of a grid around and along the axis the face covers.
   static std::vector<char> covered(const PlacedFace& f, const Vec3& origin, const Vec3& axis, double from,
                                    double to) {
-    std::vector<char> cells(kAround * kAlong, 0);
+    std::vector<char> cells(cell_of(kAround, 0), 0);
     const Vec3 x = axis.unitOrthogonal(), y = axis.cross(x);
     for (const Triangle& t : f.triangles) {
       std::array<Vec2, 3> p;
@@ -289,7 +293,7 @@ class Finder {
           bool inside = true;
           for (std::size_t e = 0; e < 3; ++e)
             inside = inside && cross2(p[(e + 1) % 3] - p[e], at - p[e]) >= -1e-12;
-          if (inside) cells[static_cast<std::size_t>(((u % kAround) + kAround) % kAround * kAlong + v)] = 1;
+          if (inside) cells[cell_of(((u % kAround) + kAround) % kAround, v)] = 1;
         }
       }
     }
@@ -324,7 +328,7 @@ class Finder {
     for (int u = 0; u < kAround; ++u) {
       bool any = false;
       for (int v = 0; v < kAlong; ++v) {
-        const auto k = static_cast<std::size_t>(u * kAlong + v);
+        const std::size_t k = cell_of(u, v);
         if (first[k] == 0 || second[k] == 0) continue;
         any = true;
         along += from + (to - from) * (v + 0.5) / kAlong;

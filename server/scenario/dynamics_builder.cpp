@@ -113,9 +113,11 @@ std::vector<double> seen_inertias(const DynamicRobotParameters& parameters,
                                   const KinematicRobotParameters& arm,
                                   const std::vector<ParallelGripper>& grippers) {
   std::vector<std::unique_ptr<Drive>> none;
+  none.reserve(parameters.arm.joints.size());
   for (std::size_t i = 0; i < parameters.arm.joints.size(); ++i)
     none.push_back(std::make_unique<IdealServo>(IdealServoParameters{}));
   std::vector<const ParallelGripper*> mounted;
+  mounted.reserve(grippers.size());
   for (const ParallelGripper& gripper : grippers) mounted.push_back(&gripper);
   const KinematicRobot reference(arm);
   const DynamicRobot robot(parameters, std::move(none), reference, std::move(mounted));

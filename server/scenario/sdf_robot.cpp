@@ -68,7 +68,8 @@ class Builder {
   std::string name(std::size_t link) const {
     if (link == world_) return "world";
     std::string text = model_.links[link].name;
-    for (std::size_t at = text.find("::"); at != text.npos; at = text.find("::")) text.replace(at, 2, "_");
+    for (std::size_t at = text.find("::"); at != std::string::npos; at = text.find("::"))
+      text.replace(at, 2, "_");
     return text;
   }
   void note(const std::string& sentence) { result_.notes.push_back(sentence + "."); }

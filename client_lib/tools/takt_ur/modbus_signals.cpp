@@ -158,7 +158,8 @@ std::string ModbusSignals::request_of(const Signal& signal) {
 
 void ModbusSignals::drop_unused() {
   for (auto at = servers_.begin(); at != servers_.end();) {
-    const auto& [name, server] = *at;
+    const std::string& name = at->first;
+    const auto& server = at->second;
     const bool used = !server->requests.empty() || std::ranges::any_of(signals_, [&name](const auto& signal) {
       return signal.second.server == name;
     });

@@ -477,7 +477,7 @@ void ContactInteraction::evaluate(const CellMotion& motion, std::span<Wrench> wr
 }
 
 void ContactInteraction::linearise(const CellMotion& motion, Linearisation linearisation,
-                                   std::vector<PairLinearisation>& list) {
+                                   std::vector<PairLinearisation>& pairs) {
   find_boxes(motion);
   for (PairContact* const moving : visited()) {
     PairContact& pair = *moving;
@@ -505,7 +505,7 @@ void ContactInteraction::linearise(const CellMotion& motion, Linearisation linea
     }
     entry.K = turned(R, J.K);
     entry.D = turned(R, J.D);
-    list.push_back(entry);
+    pairs.push_back(entry);
   }
 }
 
