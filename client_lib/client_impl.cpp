@@ -203,9 +203,14 @@ Client::Impl::Sender& Client::Impl::open_sender(const TopicInfo& info, const std
   if (slot) return *slot;
   auto made = std::make_unique<Sender>();
   made->listener = std::make_unique<client::WriterListener>(
-      [this, s = made.get()](int readers) {
+      [this, s = made.get()](const dds::PublicationMatchedStatus& match) {
+        const GuidPrefix reader = client::participant_of(match.last_subscription_handle);
         const std::lock_guard lock(mutex);
-        s->readers = readers;
+        if (match.current_count_change > 0)
+          s->readers.push_back(reader);
+        else if (const auto one = std::find(s->readers.begin(), s->readers.end(), reader);
+                 one != s->readers.end())
+          s->readers.erase(one);
         changed.notify_all();
       },
       [this, s = made.get()](int policy) {
@@ -224,7 +229,10 @@ Client::Impl::Sender& Client::Impl::sender_for(const TopicInfo& info, const std:
                                                MakeType type) {
   Sender& sender = open_sender(info, element, type);
   std::unique_lock lock(mutex);
-  if (!wait(lock, deadline_after(options.timeout), [&] { return sender.readers > 0; }))
+  if (!wait(lock, deadline_after(options.timeout), [&] {
+        return server &&
+               std::find(sender.readers.begin(), sender.readers.end(), *server) != sender.readers.end();
+      }))
     throw ClientError(
         ClientError::Kind::timeout,
         where() + " does not listen to " + info.name(options.cell, element).substr(options.cell.size() + 1) +

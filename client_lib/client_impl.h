@@ -70,7 +70,7 @@ struct Client::Impl {
   struct Sender {
     std::unique_ptr<client::WriterListener> listener;
     dds::DataWriter* writer = nullptr;
-    int readers = 0;
+    std::vector<GuidPrefix> readers;  ///< participants of the matched ones: the server, recorders
     int incompatible_policy = 0;
   };
 
@@ -88,7 +88,7 @@ struct Client::Impl {
   using MakeType = dds::TypeSupport (*)();
   /// The sender for a topic, made on first use, with or without readers.
   Sender& open_sender(const TopicInfo& info, const std::string& element, MakeType type);
-  /// The same. Returns when a reader is matched.
+  /// The same. Returns when the server's reader is matched; recorders have readers too.
   Sender& sender_for(const TopicInfo& info, const std::string& element, MakeType type);
   void write(Sender& sender, void* sample, const std::string& what);
   /// To a robot, gripper or device.

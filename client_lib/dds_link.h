@@ -114,14 +114,14 @@ class ReaderListener : public KeptSampleListener<Type, Type> {
             std::move(on_match)) {}
 };
 
-/// Reports the number of a writer's matched readers, and the QoS policy by which DDS rejects a reader.
+/// Reports changes of a writer's matched readers, and the QoS policy by which DDS rejects a reader.
 class WriterListener : public dds::DataWriterListener {
  public:
-  WriterListener(std::function<void(int readers)> on_match,
-                 std::function<void(int policy_id)> on_incompatible)
+  using OnMatch = std::function<void(const dds::PublicationMatchedStatus&)>;
+  WriterListener(OnMatch on_match, std::function<void(int policy_id)> on_incompatible)
       : on_match_(std::move(on_match)), on_incompatible_(std::move(on_incompatible)) {}
   void on_publication_matched(dds::DataWriter*, const dds::PublicationMatchedStatus& status) override {
-    on_match_(status.current_count);
+    on_match_(status);
   }
   void on_offered_incompatible_qos(dds::DataWriter*,
                                    const dds::OfferedIncompatibleQosStatus& status) override {
@@ -129,7 +129,8 @@ class WriterListener : public dds::DataWriterListener {
   }
 
  private:
-  std::function<void(int)> on_match_, on_incompatible_;
+  OnMatch on_match_;
+  std::function<void(int)> on_incompatible_;
 };
 
 }  // namespace takt::client

@@ -1,10 +1,13 @@
 // Samples sent by takt::Client: commands and control requests, and its refusals.
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cmath>
+#include <future>
 #include <limits>
 
 #include "client_lib/client.h"
+#include "client_lib/raw_topics.h"
 #include "tests/support/hosting_client.h"
 #include "tests/support/scripted_cell.h"
 
@@ -184,6 +187,35 @@ TEST_F(ClientCommand, ACommandWithoutAListenerIsAnError) {
   const ClientError error = error_of([&] { client_->send_joint_command("Robot1", {0.0, 0.0}); });
   EXPECT_EQ(error.kind(), ClientError::Kind::timeout);
   EXPECT_NE(std::string(error.what()).find("Robot1/joint_commands"), std::string::npos) << error.what();
+}
+
+TEST_F(ClientCommand, ARecorderOfCommandsIsNoListener) {
+  connect({}, Seconds{5.0});
+  takt::ClientOptions options;
+  options.cell = name_;
+  options.domain = static_cast<int>(test_domain());
+  takt::client::RawTopics* opening = nullptr;
+  std::promise<void> ready, recorded;
+  takt::client::RawTopics recorder(
+      options,
+      [&, begun = ready.get_future().share()](const takt::client::RawTopic& topic) {
+        begun.wait();
+        if (topic.name.ends_with("joint_commands")) opening->open(topic.name, 1);
+      },
+      [&](const takt::client::RawTopic&, std::string_view) { recorded.set_value(); });
+  opening = &recorder;
+  ready.set_value();
+  // With the recorder, and without the server: the first of these makes the topic.
+  for (int i = 0; i < 2; ++i)
+    EXPECT_EQ(error_of([&] {
+                client_->send_joint_command("Robot1", {0.0, 0.0});
+              }).kind(),
+              ClientError::Kind::timeout);
+  server_->listen_to_joints("Robot1");
+  client_->send_joint_command("Robot1", {0.25, 0.5});
+  EXPECT_EQ(server_->wait_for_joint_commands(1).size(), 1U);
+  EXPECT_EQ(recorded.get_future().wait_for(std::chrono::duration_cast<std::chrono::seconds>(kGenerous)),
+            std::future_status::ready);
 }
 
 TEST_F(ClientCommand, RequestsCarryTheirArgumentsAndBringTheReply) {

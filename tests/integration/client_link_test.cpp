@@ -33,9 +33,9 @@ TEST(ClientLink, NoParticipantCallsAnotherOneOfItsProcess) {
     changed.notify_all();
   });
   client::WriterListener on_match(
-      [&](int count) {
+      [&](const dds::PublicationMatchedStatus& status) {
         const std::lock_guard lock(mutex);
-        readers = count;
+        readers = status.current_count;
         changed.notify_all();
       },
       [](int) {});

@@ -176,9 +176,9 @@ class ScriptedCell {
     qos.endpoint().history_memory_policy = kGrowingMemory;
     if (latched) qos.publish_mode().kind = client::dds::ASYNCHRONOUS_PUBLISH_MODE;
     listeners_.push_back(std::make_unique<client::WriterListener>(
-        [this, topic](int readers) {
+        [this, topic](const client::dds::PublicationMatchedStatus& status) {
           const std::lock_guard lock(mutex_);
-          readers_[topic] = readers;
+          readers_[topic] = status.current_count;
           changed_.notify_all();
         },
         [](int) {}));
