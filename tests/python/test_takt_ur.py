@@ -175,9 +175,10 @@ def test_a_hostile_client_is_closed_and_the_robot_stays(robot, opened):
     for port in ports:
         with socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S) as hostile:
             hostile.sendall(b"\xff\xff\x00\x00GET / HTTP/1.1\r\n\r\n" * 50)
-    client = Rtde(opened, ports[0])
-    client.wait(lambda s: True)
-    assert list(cell.state.robot("Robot1").position) == before
+    attacked = cell.state.step
+    Rtde(opened, ports[0]).wait(lambda s: True)
+    after = cell.wait_for_state(lambda s: s.step > attacked, timeout=PATIENCE_S)
+    assert list(after.robot("Robot1").position) == before
 
 
 def test_an_error_of_the_mapping_names_file_line_key_and_what_is_allowed(robot, tmp_path):

@@ -78,7 +78,7 @@ assert.equal(await plc.value('Wrist.tare/Wire'), 'Barrier.blocked');
 assert.deepEqual(await plc.write({'Guard.speed_override': ['Double', 50], 'Guard.door_closed': ['Boolean', false]}), ['Good', 'Good']);
 assert.equal(signals()['Guard.speed_override'].value, 50);
 assert.equal(signals()['Guard.door_closed'].value, 0);
-assert.equal(await plc.value('Guard.speed_override'), 50);
+await until('the override', async () => (await plc.value('Guard.speed_override')) === 50);
 assert.deepEqual(await plc.write({
   'Guard.speed': ['Double', 1], 'Wrist.tare': ['Boolean', true], 'Guard.speed_override': ['String', 'fast'], 'Guard.reset': ['Double', 1], 'Guard.window': ['Boolean', true],
 }), ['BadNotWritable', 'BadNotWritable', 'BadTypeMismatch', 'BadTypeMismatch', 'BadNodeIdUnknown']);
@@ -140,7 +140,7 @@ await until('the release', () => changes.at(-1) === 'true Good');
 assert.deepEqual(await plc.write({'Head.close': ['Boolean', true]}), ['Good']);
 await plc.call('Step', ['UInt32', 1]);
 assert.equal(takt('state').grippers.Head.closed, true);
-assert.equal(await plc.value('Head.closed'), true);
+await until('the closed jaws', async () => (await plc.value('Head.closed')) === true);
 
 // --- forced signals
 takt('request', 'force_signal', 'signal=Barrier.blocked', 'value=1');

@@ -1,5 +1,5 @@
 #pragma once
-// Derivatives of the forces of contact elements, a block of elements at a time: element_forces fills a block, element_jacobian
+// Derivatives of the forces of contact elements, a block of elements at a time: element_forces() fills a block, add_to_jacobian()
 // adds it to its sums. A block stays in the processor's nearest cache.
 #include <cstddef>
 

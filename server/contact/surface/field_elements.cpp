@@ -75,7 +75,7 @@ double FieldElements::elastic_energy_J(const ContactLaw& law) const {
   return sum;
 }
 
-// The force -A P g changes by -A (P' g g^T + P H) dx, H the second derivatives of u; element_jacobian has -A |g| P' (g / |g|) (g
+// The force -A P g changes by -A (P' g g^T + P H) dx, H the second derivatives of u; that of element_forces() has -A |g| P' (g / |g|) (g
 // / |g|)^T of that.
 void FieldElements::add_stiffness(ElementDetail detail, const ContactLaw& law, const Twist& V_B,
                                   const ElementRows& rows, Mat6& K) const {
