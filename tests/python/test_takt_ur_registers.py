@@ -319,7 +319,7 @@ def test_a_move_beside_speed_control_ends_the_program_as_on_the_robot(robot, ope
 
 def test_a_path_is_followed_with_its_blends(robot, opened):
     cell, ports, _ = robot
-    q = list(cell.state.robot("Robot1").position)
+    q = cell.state.robot("Robot1").position.tolist()
     via = [*q[:4], q[4] + 0.2, q[5]]
     path = "".join(f"\tmovej({to},a=1.4,v=1.0,r={radius})\n" for to, radius in ((via, 0.01), (q, 0.0)))
     control = Control(opened, ports, path)
