@@ -21,6 +21,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support" / "programs"))
 import egm_wire  # noqa: E402
+from ports import free_ports  # noqa: E402
 
 PATIENCE_S = 60
 UDP_ECHO = "import socket\ns=socket.socket(socket.AF_INET,socket.SOCK_DGRAM)\ns.bind(('127.0.0.1',{0}))\nprint('RTDE at Listens',flush=True)\n" \
@@ -34,12 +35,6 @@ TCP_SENDER = "import socket,time\nl=socket.create_server(('127.0.0.1',{0}))\npri
 XML = """<ROOT><CONFIG><IP_NUMBER>127.0.0.1</IP_NUMBER><PORT>{port}</PORT><SENTYPE>takt</SENTYPE><ONLYSEND>FALSE</ONLYSEND></CONFIG>
 <SEND><ELEMENTS><ELEMENT TAG="DEF_AIPos" TYPE="DOUBLE" INDX="INTERNAL"/></ELEMENTS></SEND>
 <RECEIVE><ELEMENTS><ELEMENT TAG="OPEN" TYPE="BOOL" INDX="1" HOLDON="1"/></ELEMENTS></RECEIVE></ROOT>"""
-
-
-def free_port(kind=socket.SOCK_STREAM):
-    with socket.socket(socket.AF_INET, kind) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
 
 
 class Programs:
@@ -158,13 +153,14 @@ def main():
     bin_folder, config = Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve()
     seconds = float(sys.argv[3]) if len(sys.argv) > 3 else 10.0
     stream_seconds = float(sys.argv[4]) if len(sys.argv) > 4 else seconds
-    name, domain = f"gateways_{free_port()}", str(100 + int(time.time()) % 90)
+    name, domain = f"gateways_{free_ports(1)[0]}", str(100 + int(time.time()) % 90)
     here = ["--cell", name, "--domain", domain]
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
         programs = Programs(folder)
         try:
-            rtde, rsi, egm = free_port(), free_port(socket.SOCK_DGRAM), free_port(socket.SOCK_DGRAM)
+            rtde, primary, secondary, realtime, dashboard = free_ports(5)
+            rsi, egm = free_ports(2, socket.SOCK_DGRAM)
             folder.joinpath("rsi.xml").write_text(XML.format(port=rsi))
             folder.joinpath("rsi.yaml").write_text(
                 "takt_rsi: 1\nrole: sensor_pc\nrobot: Robot2\nconfiguration: rsi.xml\n"
@@ -172,8 +168,8 @@ def main():
             folder.joinpath("egm.yaml").write_text(
                 f"takt_egm: 1\nrole: sensor\nrobot: Robot2\nport: {egm}\ninputs: {{digital: {{gripper: Gripper2, is: closed}}}}\n")
             folder.joinpath("ur.yaml").write_text(
-                f"takt_ur: 1\nrobot: Robot1\ntool: Gripper1\nlisten: {{rtde: {rtde}, primary: {free_port()}, "
-                f"secondary: {free_port()}, realtime: {free_port()}, dashboard: {free_port()}}}\n")
+                f"takt_ur: 1\nrobot: Robot1\ntool: Gripper1\nlisten: {{rtde: {rtde}, primary: {primary}, "
+                f"secondary: {secondary}, realtime: {realtime}, dashboard: {dashboard}}}\n")
             programs.start("server", [bin_folder / "takt-server", config / "scenarios/block_assembly.yaml", *here, "--paused"], ["ready"])
             programs.start("ur", [bin_folder / "takt-ur", folder / "ur.yaml", *here, "--start"], ["RTDE at"])
             count = int(seconds / 0.004)
@@ -182,7 +178,7 @@ def main():
             packets = [f'<Rob Type="KUKA"><AIPos {axes}/><IPOC>{4208163634 + 4 * k}</IPOC></Rob>'.encode() for k in range(count)]
             states = [egm_wire.robot(k, [float(value) for value in robot], 1000 + 4 * k) for k in range(count)]
             version = struct.pack(">HBH", 5, ord("V"), 2)
-            echo = free_port(socket.SOCK_DGRAM)
+            echo = free_ports(1, socket.SOCK_DGRAM)[0]
             programs.start("udp", [sys.executable, "-c", UDP_ECHO.format(echo)], ["Listens"])
             print(f"{'answers, µs':44} {'median':>9} {'99 %':>9} {'largest':>9}   missing")
             udp_row("echo over UDP", echo, packets, 0.004)
@@ -192,11 +188,11 @@ def main():
             programs.start("egm", [bin_folder / "takt-egm", folder / "egm.yaml", *here], ["Listens"])
             udp_row("EGM: message to answer, each 4 ms", egm, states, 0.004)
             programs.children.pop().terminate()
-            echo = free_port()
+            echo = free_ports(1)[0]
             programs.start("tcp", [sys.executable, "-c", TCP_ECHO.format(echo)], ["Listens"])
             tcp_row("echo over TCP", echo, version, 2 * count, 0.002)
             tcp_row("RTDE: request to answer, each 2 ms", rtde, version, 2 * count, 0.002)
-            sender = free_port()
+            sender = free_ports(1)[0]
             programs.start("sender", [sys.executable, "-c", TCP_SENDER.format(sender)], ["Listens"])
 
             def status():

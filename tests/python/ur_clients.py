@@ -2,11 +2,12 @@
 
 import contextlib
 import os
-import random
+import pathlib
 import signal
 import socket
 import struct
 import subprocess
+import sys
 import threading
 from xmlrpc.server import SimpleXMLRPCServer
 
@@ -14,6 +15,9 @@ import pytest
 
 import takt
 from takt.server import program_path
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support" / "programs"))
+from ports import free_ports  # noqa: E402
 
 MAPPING = """takt_ur: 1
 robot: Robot1
@@ -27,17 +31,6 @@ inputs:
 PATIENCE_S = 120.0
 SCALE = 1e6
 ROBOT_STATE, VERSION, KEY_MESSAGE = (16,), (20, 3), (20, 7)
-
-
-def free_ports(count):
-    """None of those that the kernel gives to programs that ask for any: such a program could have it before takt-ur."""
-    ports = []
-    while len(ports) < count:
-        port = random.randrange(10000, 32768)
-        with socket.socket() as probe, contextlib.suppress(OSError):
-            probe.bind(("127.0.0.1", port))
-            ports += [port] * (port not in ports)
-    return ports
 
 
 class Gateway:

@@ -15,12 +15,14 @@ import os
 import random
 import re
 import signal
-import socket
 import subprocess
 import sys
 import tempfile
 import time
 from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support" / "programs"))
+from ports import free_ports  # noqa: E402
 
 PLACES = ["a_x_m=0.1", "a_y_m=0", "b_x_m=0.55", "b_y_m=0", "height_m=0.255", "lift_m=0.12"]  # of the robot's program
 LOWEST_M = 0.2  # belts and tray are at 0.25 m
@@ -38,12 +40,9 @@ class Line:
         self.bin, self.config, self.folder = bin_folder, config, folder
         self.cell = ["--cell", f"plc_{os.getpid()}", "--domain", str(random.randint(1, 100))]
         self.children = {}
-        with socket.socket() as probe:
-            probe.bind(("127.0.0.1", 0))
-            port = probe.getsockname()[1]
-        self.port = port
+        self.port = free_ports(1)[0]
         mapping = (config / "plc" / "line_modbus.yaml").read_text()
-        mapping, count = re.subn(r"port: 5020", f"port: {port}", mapping)
+        mapping, count = re.subn(r"port: 5020", f"port: {self.port}", mapping)
         assert count == 1
         (folder / "map.yaml").write_text(mapping)
 

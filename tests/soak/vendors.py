@@ -13,7 +13,6 @@ Exit code 0 when all levels (1 and 3) end as expected.
 """
 
 import argparse
-import contextlib
 import csv
 import math
 import os
@@ -27,6 +26,9 @@ import tempfile
 import threading
 import time
 from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support" / "programs"))
+from ports import free_ports  # noqa: E402
 
 SCALE = 1000000
 JOINTS = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
@@ -181,17 +183,6 @@ class UrDriver:
 
     def stop(self):
         self.sockets["reverse_socket"].sendall(struct.pack(">8i", 0, *[0] * 6, -2))
-
-
-def free_ports(count):
-    """None of those that the kernel gives to programs that ask for any: such a program could have it before takt-ur."""
-    ports = []
-    while len(ports) < count:
-        port = random.randrange(10000, 32768)
-        with socket.socket() as probe, contextlib.suppress(OSError):
-            probe.bind(("127.0.0.1", port))
-            ports += [port] * (port not in ports)
-    return ports
 
 
 def cell_of_its_own():
