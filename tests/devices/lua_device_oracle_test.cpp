@@ -1,6 +1,7 @@
 // Devices written in Lua: the shipped examples against closed forms; save, restore and reset; and what a text may not do.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <lua.h>
 
 #include <cmath>
 #include <map>
@@ -277,9 +278,14 @@ TEST(LuaDevice, AnErrorWhileTheCellRunsIsAFaultWithFileAndLine) {
   };
   for (const auto& [line, sentence] : cases)
     EXPECT_THAT(TextCell(step + line + "\nend").fault(), HasSubstr(sentence)) << line;
-  // The limit of calls or that of memory, by Lua's version; the latter has no place.
-  EXPECT_THAT(TextCell(step + "local function f(n) return f(n + 1) + 1 end f(1)\nend").fault(),
-              testing::AnyOf(HasSubstr("device.lua:6:"), HasSubstr("not enough memory")));
+  // Newer versions of Lua may meet the limit of memory ahead of that of calls; it has no place.
+  const std::string endless =
+      TextCell(step + "local function f(n) return f(n + 1) + 1 end f(1)\nend").fault();
+#if LUA_VERSION_RELEASE_NUM > 50404
+  EXPECT_THAT(endless, testing::AnyOf(HasSubstr("device.lua:6:"), HasSubstr("not enough memory")));
+#else
+  EXPECT_THAT(endless, HasSubstr("device.lua:6:"));
+#endif
   const std::string flow =
       "output('y', {state = 'x'})\ninput('u')\nstate{n = 0}\ndifferential('x')\nfunction derivatives(t, x, "
       "inputs, state)\n";

@@ -65,7 +65,7 @@ def test_direct_torque_lasts_a_cycle_and_the_robot_brakes_without_it(dynamic, op
     client.wait(lambda s: s["runtime_state"] == 2)
     end = client.wait(lambda s: s["runtime_state"] == 1)
     assert end["actual_q"][0] < begin["actual_q"][0] - 0.02
-    assert place_of_rest(cell)[0] == pytest.approx(end["actual_q"][0], abs=0.2)
+    assert list(place_of_rest(cell)) == pytest.approx(list(end["actual_q"]), abs=1e-3)
 
 
 def test_torques_beyond_a_limit_are_a_protective_stop(dynamic, opened):
