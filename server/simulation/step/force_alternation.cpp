@@ -14,16 +14,12 @@ constexpr double kSameSize = 0.5;  // a decaying vibration loses more from step 
 }  // namespace
 
 ForceAlternation::ForceAlternation(const CellModel& model)
-    : model_(model),
-      tracks_(model.parts.size()),
-      settled_(tracks_.size(), 0),
-      forces_W_(model.components.size(), Vec3::Zero()) {
+    : model_(model), tracks_(model.parts.size()), forces_W_(model.components.size(), Vec3::Zero()) {
   found_.reserve(model.parts.size());
 }
 
 void ForceAlternation::reset() {
   std::fill(tracks_.begin(), tracks_.end(), Track{});
-  std::fill(settled_.begin(), settled_.end(), 0);
   found_.clear();
 }
 
@@ -52,12 +48,10 @@ void ForceAlternation::update(double t, std::uint64_t step, const CellMotion& mo
     const auto body = static_cast<std::size_t>(model_.parts[i].body);
     Track& track = tracks_[i];
     if (contacts.is_asleep(model_.parts[i].body)) {  // its force stays the same
-      if (settled_[i] != 0) continue;
       track.change_W.setZero();
-      track.reversals = 0, settled_[i] = 1;
+      track.reversals = 0;
       continue;
     }
-    settled_[i] = 0;
     const double least_N = kOfWeight * model_.parts[i].mass_kg * gravity;
     if (!reverses(track, forces_W_[body], least_N) || track.reported) continue;
     track.reported = true;
@@ -81,7 +75,6 @@ void ForceAlternation::load(StateReader& in) {
     track.known = in.flag("'a contact force is known'");
     track.reported = in.flag("'an alternating force was reported'");
   }
-  std::fill(settled_.begin(), settled_.end(), 0);
   found_.clear();
 }
 

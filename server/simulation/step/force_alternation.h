@@ -40,7 +40,6 @@ class ForceAlternation {
 
   const CellModel& model_;
   std::vector<Track> tracks_;   ///< by Part
-  std::vector<char> settled_;   ///< by Part: it sleeps, and its track says so
   std::vector<Vec3> forces_W_;  ///< by component
   std::vector<AlternatingForce> found_;
 };
