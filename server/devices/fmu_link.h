@@ -38,6 +38,13 @@ class FmuLink {
 /// A signal of the device and the variable of the FMU that it stands for.
 using FmuWire = std::pair<std::string, std::string>;
 
+/// A unit of FMI and SSP: value in SI = factor * value + offset.
+struct FmuUnit {
+  std::array<int, 8> exponents{};  ///< of kFmuBaseUnits
+  double factor = 1.0, offset = 0.0;
+};
+inline constexpr std::array<const char*, 8> kFmuBaseUnits{"kg", "m", "s", "A", "K", "mol", "cd", "rad"};
+
 /// An FMU as a scenario asks for it.
 struct FmuRequest {
   std::string device;
@@ -48,6 +55,7 @@ struct FmuRequest {
   /// Parameters and start values together, of which those that the FMU does not have are left out: of an SSP.
   struct Value {
     std::string text, unit;
+    std::optional<FmuUnit> defined{};  ///< `unit`, where the parameter set or the system defines it
   };
   std::map<std::string, Value> values{};
   double timeout_s = 5.0;                                      ///< wall time of one call
@@ -73,6 +81,7 @@ struct FmuSystem {
     std::vector<FmuWire> inputs, outputs;
     std::map<std::string, FmuRequest::Value> values;
     std::map<std::string, std::string> units;  ///< by signal, where the file states them
+    std::string note;                          ///< for the user; or empty
   };
   /// An input or output of the system itself.
   struct Port {
@@ -97,15 +106,10 @@ struct FmuSystem {
     std::vector<Step> steps;  ///< one, and one for each connector of an inner system on the way
     std::string place;
   };
-  /// value in SI = factor * value + offset
-  struct Unit {
-    std::array<int, 8> exponents{};  ///< kg, m, s, A, K, mol, cd, rad
-    double factor = 1.0, offset = 0.0;
-  };
   std::vector<Element> elements;
   std::vector<Port> ports;
   std::vector<Connection> connections;
-  std::map<std::string, Unit> units;
+  std::map<std::string, FmuUnit> units;
   std::shared_ptr<const void> files{};  ///< keeps those of the elements
 };
 

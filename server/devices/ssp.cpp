@@ -81,6 +81,7 @@ class SystemBuilder {
       fail("found a component with the device " + b_.name +
            ", which another device is; allowed: other names");
     takt::build(fmu, b_);
+    if (!element.note.empty()) b_.cell.import_notes.push_back({b_.name, b_.name + ": " + element.note, {}});
   }
 
   const SignalDescription& signal_of(const FmuSystem::End& end, const std::string& place) const {
@@ -114,7 +115,7 @@ class SystemBuilder {
                "'; allowed: the same unit, units of the same quantity that Units defines, or "
                "suppressUnitConversion=\"true\"");
         // In SI: factor * value + offset.
-        const FmuSystem::Unit &a = source->second, &z = target->second;
+        const FmuUnit &a = source->second, &z = target->second;
         shift += step.factor * (a.offset - z.offset) / z.factor;
         scale = step.factor * a.factor / z.factor;
       }

@@ -185,15 +185,31 @@ class Wiring {
                               "' for the value of the parameter set.");
         continue;
       }
-      if (!value.unit.empty() && value.unit != found.variable->unit)
-        fail("file", "the parameter set gives '" + name + "' in the unit '" + value.unit +
-                         "'; allowed: that of the FMU, '" + found.variable->unit + "'");
       (found.variable->causality == "parameter" || found.variable->causality == "structuralParameter"
            ? parameters
-           : others)[name] = value.text;
+           : others)[name] = in_unit_of(*found.variable, name, value);
     }
     set(parameters, "parameters", start);
     set(others, "start", start);
+  }
+
+  /// Where one of the two has no unit nothing is converted.
+  std::string in_unit_of(const FmuVariable& variable, const std::string& name,
+                         const FmuRequest::Value& value) const {
+    if (value.unit.empty() || variable.unit.empty() || value.unit == variable.unit) return value.text;
+    const auto defined = fmu_.units.find(variable.unit);
+    const FmuUnit* target = defined == fmu_.units.end() ? nullptr : &defined->second;
+    const FmuUnit* source = value.defined ? &*value.defined : nullptr;
+    if (const auto own = fmu_.units.find(value.unit); source == nullptr && own != fmu_.units.end())
+      source = &own->second;
+    const auto number = finite_number(value.text);
+    // An angle is a number: the last exponent does not count.
+    if (source == nullptr || target == nullptr || !number ||
+        !std::equal(source->exponents.begin(), source->exponents.end() - 1, target->exponents.begin()))
+      fail("file", "the parameter set gives '" + name + "' in the unit '" + value.unit +
+                       "'; allowed: that of the FMU, '" + variable.unit +
+                       "', or a unit of the same quantity that Units of the parameter set defines");
+    return exact_text((source->factor * *number + source->offset - target->offset) / target->factor);
   }
 
   void set(const std::map<std::string, std::string>& values, const char* key, fmu_wire::Start& start) const {

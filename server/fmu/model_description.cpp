@@ -137,6 +137,7 @@ class Reader {
       d_.default_step_s = std::max(0.0, number_of(*experiment, "stepSize").value_or(0.0));
       d_.tolerance = std::max(0.0, number_of(*experiment, "tolerance").value_or(0.0));
     }
+    read_units();
     read_types();
     read_variables();
     return std::move(d_);
@@ -168,6 +169,23 @@ class Reader {
     d_.can_serialise_state =
         d_.can_copy_state && flag_of(*slave, two ? "canSerializeFMUstate" : "canSerializeFMUState");
     d_.fixed_step_s = two ? 0.0 : std::max(0.0, number_of(*slave, "fixedInternalStepSize").value_or(0.0));
+  }
+
+  void read_units() {
+    const XMLElement* all = root_.FirstChildElement("UnitDefinitions");
+    if (all == nullptr) return;
+    for (const XMLElement* stated = all->FirstChildElement("Unit"); stated != nullptr;
+         stated = stated->NextSiblingElement("Unit")) {
+      const XMLElement* base = stated->FirstChildElement("BaseUnit");
+      if (base == nullptr) continue;
+      FmuUnit unit;
+      for (std::size_t i = 0; i < kFmuBaseUnits.size(); ++i)
+        unit.exponents[i] =
+            static_cast<int>(std::clamp(number_of(*base, kFmuBaseUnits[i]).value_or(0.0), -100.0, 100.0));
+      unit.factor = number_of(*base, "factor").value_or(1.0);
+      unit.offset = number_of(*base, "offset").value_or(0.0);
+      if (unit.factor != 0.0) d_.units[shown(*stated, "name")] = unit;
+    }
   }
 
   void read_types() {

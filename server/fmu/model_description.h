@@ -10,6 +10,8 @@
 #include <unordered_map>
 #include <vector>
 
+#include "server/devices/fmu_link.h"
+
 namespace takt {
 
 /// What is wrong with an FMU, or why takt cannot use it: a sentence.
@@ -87,6 +89,7 @@ struct FmuDescription {
   std::vector<FmuClock> clocks;            ///< with constant intervals
   std::vector<std::string> silent_clocks;  ///< inputs whose ticks the FMU alone would plan: they do not tick
   std::unordered_map<std::string, std::size_t> by_name;
+  std::map<std::string, FmuUnit> units;  ///< that it defines by those of SI
 
   /// A variable, or an element NAME[i] of an array, from 1 on. Throws FmuError.
   struct Element {

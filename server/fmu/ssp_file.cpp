@@ -1,172 +1,26 @@
 #include "server/fmu/ssp_file.h"
 
-#include <tinyxml2.h>
-
 #include <algorithm>
-#include <array>
 #include <set>
 #include <tuple>
 
-#include "idl/common/bounded_file.h"
 #include "idl/common/parse.h"
 #include "idl/common/text.h"
-#include "server/fmu/fmu_archive.h"
 #include "server/fmu/model_description.h"
+#include "server/fmu/ssp_xml.h"
 
 namespace takt {
 namespace {
 
+using ssp::mapped;
+using ssp::read_parameter_set;
+using ssp::read_units;
+using ssp::SspXml;
+using ssp::transform;
+using ssp::Values;
 using tinyxml2::XMLElement;
 
 constexpr std::size_t kMostElements = 1000, kMostConnections = 10'000, kMostDepth = 32;
-
-/// An XML file of the SSP, and errors with its name and lines.
-class XmlFile {
- public:
-  XmlFile(const std::filesystem::path& directory, const std::string& name) : name_(name) {
-    const FileText text = read_bounded_file(directory / name, kLargestDescription_bytes >> 20U);
-    if (!text.problem.empty()) throw FmuError("its " + name + ": " + text.problem);
-    if (document_.Parse(text.text.data(), text.text.size()) != tinyxml2::XML_SUCCESS)
-      throw FmuError("its " + name + ", line " + std::to_string(document_.ErrorLineNum()) + ", is no XML");
-  }
-  const XMLElement& root(std::string_view expected) const {
-    const XMLElement* root = document_.RootElement();
-    if (root == nullptr || local_name(*root) != expected)
-      throw FmuError("its " + name_ + ": found the element '" +
-                     std::string(root != nullptr ? local_name(*root) : "") +
-                     "'; allowed: " + std::string(expected));
-    return *root;
-  }
-  const std::string& name() const { return name_; }
-
-  [[noreturn]] void fail(const XMLElement& at, const std::string& found, const std::string& allowed) const {
-    throw FmuError(place(at) + ": found " + found + "; allowed: " + allowed);
-  }
-  std::string place(const XMLElement& at) const {
-    return name_ + ", line " + std::to_string(at.GetLineNum()) + ", " + std::string(local_name(at));
-  }
-  /// Without its prefix.
-  static std::string_view local_name(const XMLElement& element) {
-    const std::string_view name = element.Name();
-    const auto colon = name.find(':');
-    return colon == std::string_view::npos ? name : name.substr(colon + 1);
-  }
-  static std::string text(const XMLElement& element, const char* attribute) {
-    const char* value = element.Attribute(attribute);
-    return value != nullptr ? value : "";
-  }
-  std::string required(const XMLElement& element, const char* attribute) const {
-    std::string value = text(element, attribute);
-    if (value.empty()) fail(element, std::string("no attribute ") + attribute, "a text");
-    return value;
-  }
-  double number(const XMLElement& element, const char* attribute, double usual) const {
-    const std::string stated = text(element, attribute);
-    if (stated.empty()) return usual;
-    const auto value = finite_number(stated);
-    if (!value) fail(element, std::string(attribute) + "='" + stated.substr(0, 40) + "'", "a finite number");
-    return *value;
-  }
-  bool flag(const XMLElement& element, const char* attribute) const {
-    const std::string stated = text(element, attribute);
-    if (stated.empty() || stated == "false" || stated == "0") return false;
-    if (stated != "true" && stated != "1")
-      fail(element, std::string(attribute) + "='" + stated.substr(0, 40) + "'", "true or false");
-    return true;
-  }
-  /// Calls visit(child, local name) for the children with these names; passes over pictures and annotations; refuses others.
-  template <class Visit>
-  void children(const XMLElement& element, const std::vector<std::string_view>& names,
-                const Visit& visit) const {
-    static const std::set<std::string_view> silent{
-        "Annotations",       "ElementGeometry",   "ConnectorGeometry", "SystemGeometry", "ConnectionGeometry",
-        "GraphicalElements", "DefaultExperiment", "Enumerations",      "MetaData",       "Signature"};
-    for (const XMLElement* child = element.FirstChildElement(); child != nullptr;
-         child = child->NextSiblingElement()) {
-      const std::string_view name = local_name(*child);
-      if (std::find(names.begin(), names.end(), name) != names.end())
-        visit(*child, name);
-      else if (!silent.contains(name))
-        fail(*child, "the element '" + std::string(name) + "' in " + std::string(local_name(element)),
-             names.empty() ? "no elements with a meaning" : join(names, ", "));
-    }
-  }
-
- private:
-  std::string name_;
-  tinyxml2::XMLDocument document_;
-};
-
-std::map<std::string, FmuSystem::Unit> read_units(const XmlFile& file, const XMLElement& units) {
-  std::map<std::string, FmuSystem::Unit> result;
-  file.children(units, {"Unit"}, [&](const XMLElement& element, std::string_view) {
-    FmuSystem::Unit unit;
-    file.children(element, {"BaseUnit"}, [&](const XMLElement& base, std::string_view) {
-      constexpr std::array<const char*, 8> kBases{"kg", "m", "s", "A", "K", "mol", "cd", "rad"};
-      for (std::size_t i = 0; i < kBases.size(); ++i) {
-        const double exponent = file.number(base, kBases[i], 0.0);
-        if (exponent != static_cast<int>(std::clamp(exponent, -100.0, 100.0)))
-          file.fail(base, std::string(kBases[i]) + "='" + XmlFile::text(base, kBases[i]) + "'",
-                    "a whole number from -100 to 100");
-        unit.exponents[i] = static_cast<int>(exponent);
-      }
-      unit.factor = file.number(base, "factor", 1.0);
-      unit.offset = file.number(base, "offset", 0.0);
-      if (unit.factor == 0.0) file.fail(base, "factor='0'", "another number");
-    });
-    result[file.required(element, "name")] = unit;
-  });
-  return result;
-}
-
-/// Values by name.
-using Values = std::map<std::string, FmuRequest::Value>;
-
-void read_parameter_set(const XmlFile& file, const XMLElement& set, const std::string& prefix,
-                        Values& values) {
-  file.children(set, {"Parameters", "Units"}, [&](const XMLElement& parameters, std::string_view part) {
-    if (part == "Units") return;
-    file.children(parameters, {"Parameter"}, [&](const XMLElement& parameter, std::string_view) {
-      const std::string name = file.required(parameter, "name");
-      file.children(parameter,
-                    {"Real", "Integer", "Boolean", "String", "Enumeration", "Float64", "Float32", "Int8",
-                     "UInt8", "Int16", "UInt16", "Int32", "UInt32", "Int64", "UInt64"},
-                    [&](const XMLElement& value, std::string_view) {
-                      values[prefix + name] = {XmlFile::text(value, "value"), XmlFile::text(value, "unit")};
-                    });
-    });
-  });
-}
-
-/// By the linear transformation that the element may have; it gives the unit of the target.
-void transform(const XmlFile& file, const XMLElement& element, FmuRequest::Value& value) {
-  file.children(element, {"LinearTransformation"}, [&](const XMLElement& linear, std::string_view) {
-    const auto number = finite_number(value.text);
-    if (!number) file.fail(linear, "a transformation of '" + value.text.substr(0, 40) + "'", "numbers");
-    value.text =
-        exact_text(file.number(linear, "factor", 1.0) * *number + file.number(linear, "offset", 0.0));
-    value.unit.clear();
-  });
-}
-
-/// Values under the names that the mapping gives them; what it does not name has no effect.
-Values mapped(const XmlFile& file, const XMLElement& mapping, const Values& values) {
-  Values result;
-  file.children(mapping, {"MappingEntry"}, [&](const XMLElement& entry, std::string_view) {
-    const std::string source = file.required(entry, "source");
-    const auto found = values.find(source);
-    if (found == values.end()) {
-      std::vector<std::string> known;
-      for (const auto& [name, value] : values) known.push_back(name);
-      file.fail(entry, "the source '" + source.substr(0, 200) + "'",
-                known.empty() ? "none, there are no values" : join(known, ", ").substr(0, 1000));
-    }
-    FmuRequest::Value value = found->second;
-    transform(file, entry, value);
-    result[file.required(entry, "target")] = value;
-  });
-  return result;
-}
 
 class SystemReader {
  public:
@@ -175,7 +29,7 @@ class SystemReader {
 
   FmuSystem read() {
     const XMLElement& root = file_.root("SystemStructureDescription");
-    if (const std::string version = XmlFile::text(root, "version"); version != "1.0" && version != "2.0")
+    if (const std::string version = SspXml::text(root, "version"); version != "1.0" && version != "2.0")
       file_.fail(root, "version='" + version.substr(0, 40) + "'", "1.0 or 2.0");
     const XMLElement* system = nullptr;
     file_.children(root, {"System", "Units"}, [&](const XMLElement& part, std::string_view name) {
@@ -189,6 +43,10 @@ class SystemReader {
     read_ports();
     if (system_.elements.empty()) file_.fail(*system, "no Component", "at least one");
     dissolve();
+    for (FmuSystem::Element& element : system_.elements)
+      for (auto& [name, value] : element.values)
+        if (const auto unit = system_.units.find(value.unit); !value.defined && unit != system_.units.end())
+          value.defined = unit->second;
     return std::move(system_);
   }
 
@@ -207,7 +65,7 @@ class SystemReader {
     std::vector<std::string> names;  ///< of its elements and systems
     std::map<std::string, std::size_t> components, systems;
     const XMLElement* place = nullptr;  ///< of its Connectors
-    Values parameters;                  ///< of its connectors
+    Values parameters, starts;          ///< of its connectors; of its inputs and outputs
   };
   /// A connector of an element, or of a scope: then `element` is -1.
   struct End {
@@ -242,7 +100,7 @@ class SystemReader {
       scopes_[scope].place = &part;
     });
     each("Elements", [&](const XMLElement& part) { read_elements(part, scope, depth); });
-    each("ParameterBindings", [&](const XMLElement& part) { bind_all(part, read_bindings(part), scope); });
+    each("ParameterBindings", [&](const XMLElement& part) { bind_all(read_bindings(part), scope); });
     each("Connections", [&](const XMLElement& part) { read_connections(part, scope); });
     return scope;
   }
@@ -256,7 +114,7 @@ class SystemReader {
                      {"Real", "Integer", "Boolean", "String", "Enumeration", "Binary", "Float64", "Float32",
                       "Int8", "UInt8", "Int16", "UInt16", "Int32", "UInt32", "Int64", "UInt64"},
                      [&](const XMLElement& type, std::string_view name) {
-                       connector.unit = XmlFile::text(type, "unit");
+                       connector.unit = SspXml::text(type, "unit");
                        connector.is_number = name != "String" && name != "Binary";
                        connector.type = name == "Boolean" ? SignalType::boolean
                                         : name == "Real" || name == "Float64" || name == "Float32"
@@ -264,7 +122,7 @@ class SystemReader {
                                             : SignalType::integer;
                      });
       if (!result.emplace(file_.required(stated, "name"), connector).second)
-        file_.fail(stated, "'" + XmlFile::text(stated, "name") + "' twice", "unique names of connectors");
+        file_.fail(stated, "'" + SspXml::text(stated, "name") + "' twice", "unique names of connectors");
     });
     return result;
   }
@@ -278,9 +136,9 @@ class SystemReader {
                       [&](const auto& p) { return p.name == signal; }))
         file_.fail(*outermost.place, "two connectors with the signal '" + signal + "'",
                    "names that differ in letters and digits");
-      const auto start = starts_.find(name);
+      const auto start = outermost.starts.find(name);
       system_.ports.push_back({signal, connector.unit, connector.type, connector.kind == "input",
-                               start == starts_.end() ? 0.0 : start->second});
+                               start == outermost.starts.end() ? 0.0 : value_of(start->second)});
     }
   }
 
@@ -307,15 +165,17 @@ class SystemReader {
                          "names that differ in letters and digits");
           paths_.push_back(scopes_[scope].prefix + name);
           scopes_[scope].components[name] = system_.elements.size();
-          const std::string type = XmlFile::text(component, "type");
+          const std::string type = SspXml::text(component, "type");
           if (!type.empty() && type != "application/x-fmu-sharedlibrary")
             file_.fail(
                 component, "'" + name + "' of the type '" + type.substr(0, 100) + "'",
                 "application/x-fmu-sharedlibrary, which are FMUs; a System in place of an SSP in the SSP");
-          const std::string implementation = XmlFile::text(component, "implementation");
-          if (!implementation.empty() && implementation != "any" && implementation != "CoSimulation")
+          const std::string implementation = SspXml::text(component, "implementation");
+          if (implementation == "ModelExchange")
+            element.note = "the SSP selects model exchange; the FMU runs by its co-simulation.";
+          else if (!implementation.empty() && implementation != "any" && implementation != "CoSimulation")
             file_.fail(component, "implementation='" + implementation.substr(0, 40) + "'",
-                       "any or CoSimulation");
+                       "any, CoSimulation, or ModelExchange where the FMU has co-simulation as well");
           element.file = directory_ / inside(component, file_.required(component, "source"), ".fmu");
           Connectors connectors;
           file_.children(component, {"Connectors", "ParameterBindings"},
@@ -355,12 +215,12 @@ class SystemReader {
   Values read_bindings(const XMLElement& bindings) const {
     Values values;
     file_.children(bindings, {"ParameterBinding"}, [&](const XMLElement& binding, std::string_view) {
-      const std::string type = XmlFile::text(binding, "type");
+      const std::string type = SspXml::text(binding, "type");
       if (!type.empty() && type != "application/x-ssp-parameter-set")
         file_.fail(binding, "type='" + type.substr(0, 100) + "'", "application/x-ssp-parameter-set");
-      if (XmlFile::text(binding, "sourceBase") == "component")
+      if (SspXml::text(binding, "sourceBase") == "component")
         file_.fail(binding, "sourceBase='component'", "SSD, i.e. a file of the SSP");
-      const std::string prefix = XmlFile::text(binding, "prefix");
+      const std::string prefix = SspXml::text(binding, "prefix");
       Values own;
       const XMLElement* mapping = nullptr;
       file_.children(binding, {"ParameterValues", "ParameterMapping"},
@@ -373,8 +233,8 @@ class SystemReader {
                          read_parameter_set(file_, set, prefix, own);
                        });
                      });
-      if (const std::string source = XmlFile::text(binding, "source"); !source.empty()) {
-        const XmlFile other(directory_, inside(binding, source, ".ssv"));
+      if (const std::string source = SspXml::text(binding, "source"); !source.empty()) {
+        const SspXml other(directory_, inside(binding, source, ".ssv"));
         read_parameter_set(other, other.root("ParameterSet"), prefix, own);
       }
       if (mapping != nullptr) own = mapped_by(*mapping, own);
@@ -385,13 +245,13 @@ class SystemReader {
   }
 
   Values mapped_by(const XMLElement& mapping, const Values& values) const {
-    const std::string type = XmlFile::text(mapping, "type"), source = XmlFile::text(mapping, "source");
+    const std::string type = SspXml::text(mapping, "type"), source = SspXml::text(mapping, "source");
     if (!type.empty() && type != "application/x-ssp-parameter-mapping")
       file_.fail(mapping, "type='" + type.substr(0, 100) + "'", "application/x-ssp-parameter-mapping");
-    if (XmlFile::text(mapping, "sourceBase") == "component")
+    if (SspXml::text(mapping, "sourceBase") == "component")
       file_.fail(mapping, "sourceBase='component'", "SSD, i.e. a file of the SSP");
     if (!source.empty()) {
-      const XmlFile other(directory_, inside(mapping, source, ".ssm"));
+      const SspXml other(directory_, inside(mapping, source, ".ssm"));
       return mapped(other, other.root("ParameterMapping"), values);
     }
     Values result;
@@ -401,7 +261,7 @@ class SystemReader {
   }
 
   /// Values of a system: NAME of a connector, or ELEMENT.NAME. They win over those of the elements.
-  void bind_all(const XMLElement& bindings, const Values& values, std::size_t scope) {
+  void bind_all(const Values& values, std::size_t scope) {
     Scope& system = scopes_[scope];
     for (const auto& [name, value] : values) {
       if (const auto own = system.connectors.find(name);
@@ -410,10 +270,9 @@ class SystemReader {
       if (const auto own = system.connectors.find(name);
           own != system.connectors.end() && own->second.is_number &&
           (own->second.kind == "input" || own->second.kind == "output")) {
-        if (scope > 0)
-          file_.fail(bindings, "a value of the connector '" + name + "' of a system in a system",
-                     "values of components, ELEMENT.NAME");
-        starts_[name] = value_of(value);
+        FmuRequest::Value start = value;
+        if (start.unit.empty()) start = {value.text, own->second.unit, {}};
+        system.starts[name] = start;
       }
       const std::string path = system.prefix + name;
       for (std::size_t e = 0; e < paths_.size(); ++e)
@@ -435,7 +294,7 @@ class SystemReader {
              const char* connector_key, bool& gives_values, bool& takes_values) const {
     End end;
     end.scope = scope;
-    const std::string element = XmlFile::text(connection, element_key);
+    const std::string element = SspXml::text(connection, element_key);
     end.connector = file_.required(connection, connector_key);
     const Scope& here = scopes_[scope];
     const Connectors* connectors = &here.connectors;
@@ -479,12 +338,12 @@ class SystemReader {
   bool connects_parameter(const XMLElement& stated, std::size_t scope) {
     const Scope& here = scopes_[scope];
     for (const bool forward : {true, false}) {
-      const std::string from = XmlFile::text(stated, forward ? "startConnector" : "endConnector"),
-                        to = XmlFile::text(stated, forward ? "endConnector" : "startConnector");
+      const std::string from = SspXml::text(stated, forward ? "startConnector" : "endConnector"),
+                        to = SspXml::text(stated, forward ? "endConnector" : "startConnector");
       const auto own = here.connectors.find(from);
       const auto component =
-          here.components.find(XmlFile::text(stated, forward ? "endElement" : "startElement"));
-      if (!XmlFile::text(stated, forward ? "startElement" : "endElement").empty() ||
+          here.components.find(SspXml::text(stated, forward ? "endElement" : "startElement"));
+      if (!SspXml::text(stated, forward ? "startElement" : "endElement").empty() ||
           own == here.connectors.end() || own->second.kind != "parameter" ||
           component == here.components.end())
         continue;
@@ -506,7 +365,7 @@ class SystemReader {
       if (links_.size() == kMostConnections)
         file_.fail(stated, "more than " + std::to_string(kMostConnections) + " connections", "fewer");
       for (const char* indices : {"startIndices", "endIndices"})
-        if (stated.Attribute(indices) != nullptr)
+        if (!SspXml::text(stated, indices).empty())
           file_.fail(stated, indices, "connections of whole connectors, which are no arrays");
       if (connects_parameter(stated, scope)) return;
       Link link;
@@ -536,14 +395,32 @@ class SystemReader {
   /// A connector of a system in the system.
   static bool is_inner(const End& end) { return end.element < 0 && end.scope > 0; }
 
+  /// Connectors of inner systems that nothing leads to, farthest first, each with its step onwards: the value of the first that
+  /// has one starts the component at the end.
+  void start_at(const std::vector<End>& way, const std::vector<FmuSystem::Connection::Step>& steps,
+                const End& to) {
+    std::size_t i = 0;
+    while (i < way.size() && !scopes_[way[i].scope].starts.contains(way[i].connector)) ++i;
+    if (i == way.size() || to.element < 0) return;
+    FmuRequest::Value value = scopes_[way[i].scope].starts.at(way[i].connector);
+    for (; i < steps.size(); ++i) {
+      if (!steps[i].converts_units) value.unit.clear();
+      if (steps[i].factor == 1.0 && steps[i].offset == 0.0) continue;
+      value = {exact_text(steps[i].factor * value_of(value) + steps[i].offset), steps[i].unit, {}};
+    }
+    system_.elements[static_cast<std::size_t>(to.element)].values[to.connector] = value;
+  }
+
   /// Connections from element to element, through the connectors of inner systems. What nothing leads to keeps its value.
   void dissolve() {
     for (const Link& last : links_) {
       if (is_inner(last.to)) continue;
       FmuSystem::Connection connection;
       const Link* link = &last;
+      std::vector<End> way;
       connection.steps.push_back(link->step);
       while (link != nullptr && is_inner(link->from)) {
+        way.push_back(link->from);
         const auto before = into_.find(link->from.key());
         link = before == into_.end() ? nullptr : &links_[before->second];
         if (link != nullptr) connection.steps.push_back(link->step);
@@ -552,8 +429,12 @@ class SystemReader {
                          ": found connectors of systems that lead to each other in a circle; "
                          "allowed: a connection that begins at a component");
       }
-      if (link == nullptr) continue;
       std::reverse(connection.steps.begin(), connection.steps.end());
+      if (link == nullptr) {
+        std::reverse(way.begin(), way.end());
+        start_at(way, connection.steps, last.to);
+        continue;
+      }
       connection.from = {link->from.element, signal_name(link->from.connector)};
       connection.to = {last.to.element, signal_name(last.to.connector)};
       connection.place = last.place;
@@ -562,14 +443,13 @@ class SystemReader {
   }
 
   const std::filesystem::path& directory_;
-  XmlFile file_;
+  SspXml file_;
   FmuSystem system_;
   std::vector<Scope> scopes_;  ///< the outermost first
   std::vector<Link> links_;
   std::map<std::tuple<int, std::size_t, std::string>, std::size_t> into_;  ///< links to inner connectors
   std::vector<std::string> paths_;  ///< of elements, as in the file: SYSTEM.ELEMENT
   std::vector<Connectors> by_element_;
-  std::map<std::string, double> starts_;  ///< of the connectors of the outermost system
 };
 
 }  // namespace
