@@ -23,6 +23,9 @@ constexpr double kSmallest = 0.6, kBand = 0.5;
 constexpr double kKnown = 1.5;
 /// Entries of lists, expected, beyond which nothing is divided any more: per face, and in all.
 constexpr std::size_t kEntriesPerFace = 48, kEntries = 20'000;
+/// Entries of parents' lists that the cells of one size look at, beyond which they are not divided: per face, and in all. It bounds
+/// time and memory of the construction where many faces are small against the whole, as on a long spindle.
+constexpr std::size_t kSearchesPerFace = 1500, kSearches = 20'000'000;
 constexpr std::uint32_t kMostTopLevels = 5;
 
 float rounded_down(double x) {
@@ -38,6 +41,7 @@ class FaceOctree::Builder {
   void build() {
     area_m2_.resize(surface_.faces.size());
     Level level;
+    all_.resize(surface_.faces.size());
     for (std::size_t i = 0; i < surface_.faces.size(); ++i) {
       const auto c = surface_.corners(surface_.faces[i]);
       area_m2_[i] = 0.5 * (c[1] - c[0]).cross(c[2] - c[0]).norm();
@@ -45,18 +49,27 @@ class FaceOctree::Builder {
       const double radius_m =
           std::max({(c[0] - middle).norm(), (c[1] - middle).norm(), (c[2] - middle).norm()});
       const Vec3 at = middle - tree_.lower_;
-      level.balls.add(static_cast<std::int32_t>(i), static_cast<float>(at.x()), static_cast<float>(at.y()),
-                      static_cast<float>(at.z()), static_cast<float>(radius_m));
+      all_.put(i, static_cast<float>(at.x()), static_cast<float>(at.y()), static_cast<float>(at.z()),
+               static_cast<float>(radius_m));
+      level.faces.push_back(static_cast<std::int32_t>(i));
     }
     slack_m_ = static_cast<float>(kFloatSlack * tree_.size_m_ + kSlack_m);
     tree_.children_.assign(1, 0);  // the root, in the place of a child
-    level.cells.push_back({{0, 0, 0}, 0, 0, level.balls.face.size()});
+    level.cells.push_back({{0, 0, 0}, 0, 0, level.faces.size()});
     const std::size_t budget = kEntriesPerFace * surface_.faces.size() + kEntries;
+    const std::size_t most_searches = kSearchesPerFace * surface_.faces.size() + kSearches;
     Level next;
     for (std::uint8_t depth = 0; !level.cells.empty(); ++depth) {
-      next.cells.clear(), next.balls.clear();
-      const bool divide = depth < kLevels && tree_.near_.size() + kShort * level.cells.size() < budget;
-      for (const Cell& cell : level.cells) add(level, cell, depth, divide, next);
+      next.cells.clear(), next.faces.clear();
+      std::size_t searches = 0;
+      for (const Cell& cell : level.cells) searches += cell.end - cell.begin;
+      const bool divide = depth < kLevels && searches < most_searches &&
+                          tree_.near_.size() + kShort * level.cells.size() < budget;
+      for (const Cell& cell : level.cells) {
+        // The children of a cell stand together and share its list.
+        if (&cell == &level.cells.front() || cell.begin != (&cell - 1)->begin) gather(level, cell);
+        add(cell, depth, divide, next);
+      }
       std::swap(level, next);
     }
     tree_.near_.shrink_to_fit(), tree_.leaves_.shrink_to_fit(), tree_.children_.shrink_to_fit();
@@ -69,46 +82,52 @@ class FaceOctree::Builder {
   struct Balls {
     std::vector<float> x, y, z;  ///< of the middle, from the corner of the root (m)
     std::vector<float> radius_m;
-    std::vector<std::int32_t> face;
-    void clear() { x.clear(), y.clear(), z.clear(), radius_m.clear(), face.clear(); }
-    void add(std::int32_t number, float at_x, float at_y, float at_z, float radius) {
-      x.push_back(at_x), y.push_back(at_y), z.push_back(at_z), radius_m.push_back(radius),
-          face.push_back(number);
+    void resize(std::size_t count) {
+      x.resize(count), y.resize(count), z.resize(count), radius_m.resize(count);
     }
-    void add(const Balls& other, std::size_t i) {
-      add(other.face[i], other.x[i], other.y[i], other.z[i], other.radius_m[i]);
+    void put(std::size_t i, float at_x, float at_y, float at_z, float radius) {
+      x[i] = at_x, y[i] = at_y, z[i] = at_z, radius_m[i] = radius;
     }
   };
   struct Cell {
     std::array<std::uint32_t, 3> at;
     std::size_t place;       ///< in `children_`
-    std::size_t begin, end;  ///< of its parent's list
+    std::size_t begin, end;  ///< of its parent's list; no two parents have the same begin
   };
   /// Cells of one size, and the lists of their parents: the faces that may be closest in any of the children.
   struct Level {
     std::vector<Cell> cells;
-    Balls balls;
+    std::vector<std::int32_t> faces;
   };
   struct Candidate {
-    std::size_t ball;
     std::int32_t face;
     double distance_m;  ///< from the centre of the cell, once find_faces() has found it
   };
 
   std::int32_t patch(std::int32_t face) const { return surface_.faces[static_cast<std::size_t>(face)].patch; }
 
-  /// Distances of the middles of a cell's balls from its centre, and the least of them.
-  std::size_t find_middles(const Balls& balls, const Cell& cell, const Vec3& center) {
+  /// The list of the cell's parent, and the balls of it side by side.
+  void gather(const Level& level, const Cell& cell) {
+    list_ = {level.faces.data() + cell.begin, cell.end - cell.begin};
+    balls_.resize(list_.size());
+    for (std::size_t i = 0; i < list_.size(); ++i) {
+      const auto face = static_cast<std::size_t>(list_[i]);
+      balls_.put(i, all_.x[face], all_.y[face], all_.z[face], all_.radius_m[face]);
+    }
+  }
+
+  /// Distances of the middles of the list's balls from the centre of a cell, and the least of them.
+  std::size_t find_middles(const Vec3& center) {
     using Floats = Eigen::Map<const Eigen::ArrayXf>;
-    const auto count = static_cast<Eigen::Index>(cell.end - cell.begin);
-    const auto part = [&](const std::vector<float>& all) { return Floats(all.data() + cell.begin, count); };
+    const auto count = static_cast<Eigen::Index>(list_.size());
+    const auto part = [&](const std::vector<float>& all) { return Floats(all.data(), count); };
     const Eigen::Vector3f c = (center - tree_.lower_).cast<float>();
     middle_m_.resize(static_cast<std::size_t>(count)), least_m_.resize(static_cast<std::size_t>(count));
     Eigen::Map<Eigen::ArrayXf> middle_m(middle_m_.data(), count), least_m(least_m_.data(), count);
-    middle_m = ((part(balls.x) - c.x()).square() + (part(balls.y) - c.y()).square() +
-                (part(balls.z) - c.z()).square())
+    middle_m = ((part(balls_.x) - c.x()).square() + (part(balls_.y) - c.y()).square() +
+                (part(balls_.z) - c.z()).square())
                    .sqrt();
-    least_m = middle_m - part(balls.radius_m) - slack_m_;
+    least_m = middle_m - part(balls_.radius_m) - slack_m_;
     const float closest_m = middle_m.minCoeff();
     return static_cast<std::size_t>(std::find(middle_m_.begin(), middle_m_.end(), closest_m) -
                                     middle_m_.begin());
@@ -118,14 +137,13 @@ class FaceOctree::Builder {
     return surface_.closest_on_face(surface_.faces[static_cast<std::size_t>(face)], x);
   }
 
-  NearestFace find_nearest(const Balls& balls, const Cell& cell, std::size_t first,
-                           const Vec3& center) const {
-    const std::int32_t guess = balls.face[cell.begin + first];
+  NearestFace find_nearest(std::size_t first, const Vec3& center) const {
+    const std::int32_t guess = list_[first];
     NearestFace nearest{guess, closest_on(guess, center)};
     auto limit_m = static_cast<float>(std::sqrt(nearest.closest.squared_m2));
     for (std::size_t i = 0; i < middle_m_.size(); ++i) {
       if (least_m_[i] > limit_m) continue;
-      const std::int32_t face = balls.face[cell.begin + i];
+      const std::int32_t face = list_[i];
       const ClosestOnFace on = closest_on(face, center);
       if (!(on.squared_m2 < nearest.closest.squared_m2)) continue;
       nearest = {face, on};
@@ -135,13 +153,13 @@ class FaceOctree::Builder {
   }
 
   /// Puts the faces into `found_` whose balls are within `limit_m`, and returns how many of them are so for certain.
-  std::size_t find_balls(const Balls& balls, const Cell& cell, double limit_m) {
+  std::size_t find_balls(double limit_m) {
     found_.clear();
     const auto limit = static_cast<float>(limit_m);
     std::size_t certain = 0;
     for (std::size_t i = 0; i < least_m_.size(); ++i) {
       if (least_m_[i] > limit) continue;
-      found_.push_back({cell.begin + i, balls.face[cell.begin + i], 0.0});
+      found_.push_back({list_[i], 0.0});
       if (middle_m_[i] + slack_m_ < limit) ++certain;
     }
     return certain;
@@ -167,17 +185,17 @@ class FaceOctree::Builder {
     return std::sqrt(2.0 * area_m2 / static_cast<double>(found_.size()));
   }
 
-  void add(const Level& level, const Cell& cell, std::uint8_t depth, bool divide, Level& next) {
+  void add(const Cell& cell, std::uint8_t depth, bool divide, Level& next) {
     const double edge_m = tree_.size_m_ / static_cast<double>(1U << depth);
     const Vec3 center = tree_.lower_ + edge_m * Vec3(cell.at[0] + 0.5, cell.at[1] + 0.5, cell.at[2] + 0.5);
     const double r = 0.5 * std::sqrt(3.0) * edge_m + kSlack_m;
-    const std::size_t first = find_middles(level.balls, cell, center);
-    const NearestFace nearest = find_nearest(level.balls, cell, first, center);
+    const std::size_t first = find_middles(center);
+    const NearestFace nearest = find_nearest(first, center);
     const double distance_m = std::sqrt(nearest.closest.squared_m2);
     const bool inside =
         surface_.inside(surface_.faces[static_cast<std::size_t>(nearest.face)], nearest.closest, center);
     const double limit_m = distance_m + 2.0 * r;
-    const std::size_t certain = find_balls(level.balls, cell, limit_m);
+    const std::size_t certain = find_balls(limit_m);
 
     Leaf leaf;
     leaf.level = depth;
@@ -185,7 +203,7 @@ class FaceOctree::Builder {
     const double mean_m = face_m();
     const bool small = !divide || edge_m < kSmallest * mean_m;
     if (!inside && distance_m > r) {
-      if (!small && distance_m < kKnown * r) return divide_cell(level, cell, next);
+      if (!small && distance_m < kKnown * r) return divide_cell(cell, next);
       leaf.kind = Kind::outside;
       if (certain <= kLong && find_faces(center, limit_m) <= kLong) {
         put_plane_below(center, edge_m, leaf);
@@ -196,7 +214,7 @@ class FaceOctree::Builder {
     const bool deep = inside && distance_m - r > kBand * mean_m;
     const bool worth_dividing = !small && !deep;
     bool one_patch = on_one_patch();
-    if (!one_patch && worth_dividing && certain > kShort) return divide_cell(level, cell, next);
+    if (!one_patch && worth_dividing && certain > kShort) return divide_cell(cell, next);
     if (!one_patch && certain <= kLong) {
       find_faces(center, limit_m);
       one_patch = on_one_patch();
@@ -206,7 +224,7 @@ class FaceOctree::Builder {
       leaf.patch = patch(found_.front().face);
       return finish(cell, leaf);
     }
-    if (found_.size() > kShort && worth_dividing) return divide_cell(level, cell, next);
+    if (found_.size() > kShort && worth_dividing) return divide_cell(cell, next);
     if (found_.size() > kLong) {
       leaf.kind = Kind::many;
       return finish(cell, leaf);
@@ -256,23 +274,26 @@ class FaceOctree::Builder {
     tree_.leaves_.push_back(leaf);
   }
 
-  void divide_cell(const Level& level, const Cell& cell, Level& next) {
+  void divide_cell(const Cell& cell, Level& next) {
     const std::size_t place = tree_.children_.size();
     tree_.children_[cell.place] = static_cast<std::int32_t>(place);
     tree_.children_.resize(place + 8, 0);
-    const std::size_t begin = next.balls.face.size();
-    for (const Candidate& c : found_) next.balls.add(level.balls, c.ball);
+    const std::size_t begin = next.faces.size();
+    for (const Candidate& c : found_) next.faces.push_back(c.face);
     for (std::uint32_t octant = 0; octant < 8; ++octant)
       next.cells.push_back({{2 * cell.at[0] + (octant & 1U), 2 * cell.at[1] + (octant >> 1U & 1U),
                              2 * cell.at[2] + (octant >> 2U & 1U)},
                             place + octant,
                             begin,
-                            next.balls.face.size()});
+                            next.faces.size()});
   }
 
   const ContactSurface::Data& surface_;
   FaceOctree& tree_;
   std::vector<double> area_m2_;
+  Balls all_;                           ///< of each face
+  std::span<const std::int32_t> list_;  ///< see gather()
+  Balls balls_;
   float slack_m_ = 0.0F;  ///< of distances from balls
   std::vector<float> middle_m_,
       least_m_;  ///< of a cell's list: distance of the middle, lower bound of the face's
