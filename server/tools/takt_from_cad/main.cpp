@@ -1,5 +1,7 @@
 // takt-from-cad: a STEP or glTF file as a running cell. Reads the product, finds what touches what, the order of disassembly and the
 // hierarchy, and writes meshes and a scenario.
+#include <malloc.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
@@ -369,5 +371,11 @@ int main_of(int argc, char** argv) {
 }  // namespace takt
 
 int main(int argc, char** argv) {
+#ifdef __GLIBC__
+  // The steps allocate and free much: memory that goes back to the system between them costs a tenth of the time.
+  mallopt(M_TRIM_THRESHOLD, 1 << 30);
+  mallopt(M_MMAP_THRESHOLD, 32 << 20);  // the largest that glibc takes
+  mallopt(M_TOP_PAD, 64 << 20);
+#endif
   return takt::main_of(argc, argv);
 }
