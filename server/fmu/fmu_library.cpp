@@ -13,6 +13,7 @@
 #include "server/fmu/fmu_process.h"
 #include "server/fmu/model_description.h"
 #include "server/fmu/ssp_file.h"
+#include "server/fmu/units.h"
 #include "server/simulation/model/model_digest.h"
 
 namespace takt {
@@ -203,13 +204,13 @@ class Wiring {
     if (const auto own = fmu_.units.find(value.unit); source == nullptr && own != fmu_.units.end())
       source = &own->second;
     const auto number = finite_number(value.text);
-    // An angle is a number: the last exponent does not count.
-    if (source == nullptr || target == nullptr || !number ||
-        !std::equal(source->exponents.begin(), source->exponents.end() - 1, target->exponents.begin()))
+    const auto converted =
+        source != nullptr && target != nullptr && number ? in_unit(*number, *source, *target) : std::nullopt;
+    if (!converted)
       fail("file", "the parameter set gives '" + name + "' in the unit '" + value.unit +
                        "'; allowed: that of the FMU, '" + variable.unit +
                        "', or a unit of the same quantity that Units of the parameter set defines");
-    return exact_text((source->factor * *number + source->offset - target->offset) / target->factor);
+    return exact_text(*converted);
   }
 
   void set(const std::map<std::string, std::string>& values, const char* key, fmu_wire::Start& start) const {

@@ -8,6 +8,7 @@
 #include "idl/common/text.h"
 #include "server/fmu/model_description.h"
 #include "server/fmu/ssp_xml.h"
+#include "server/fmu/units.h"
 
 namespace takt {
 namespace {
@@ -137,8 +138,9 @@ class SystemReader {
         file_.fail(*outermost.place, "two connectors with the signal '" + signal + "'",
                    "names that differ in letters and digits");
       const auto start = outermost.starts.find(name);
-      system_.ports.push_back({signal, connector.unit, connector.type, connector.kind == "input",
-                               start == outermost.starts.end() ? 0.0 : value_of(start->second)});
+      system_.ports.push_back(
+          {signal, connector.unit, connector.type, connector.kind == "input",
+           start == outermost.starts.end() ? 0.0 : value_of(in_unit_of(connector.unit, start->second))});
     }
   }
 
@@ -270,9 +272,7 @@ class SystemReader {
       if (const auto own = system.connectors.find(name);
           own != system.connectors.end() && own->second.is_number &&
           (own->second.kind == "input" || own->second.kind == "output")) {
-        FmuRequest::Value start = value;
-        if (start.unit.empty()) start = {value.text, own->second.unit, {}};
-        system.starts[name] = start;
+        system.starts[name] = value;
       }
       const std::string path = system.prefix + name;
       for (std::size_t e = 0; e < paths_.size(); ++e)
@@ -395,6 +395,23 @@ class SystemReader {
   /// A connector of a system in the system.
   static bool is_inner(const End& end) { return end.element < 0 && end.scope > 0; }
 
+  /// The value of a connector with this unit. Where one of the two has no unit nothing is converted.
+  FmuRequest::Value in_unit_of(const std::string& unit, const FmuRequest::Value& value) const {
+    if (value.unit.empty()) return {value.text, unit, {}};
+    if (unit.empty() || value.unit == unit) return value;
+    const auto own = system_.units.find(value.unit), target = system_.units.find(unit);
+    const FmuUnit* source = value.defined                ? &*value.defined
+                            : own != system_.units.end() ? &own->second
+                                                         : nullptr;
+    const auto converted = source != nullptr && target != system_.units.end()
+                               ? in_unit(value_of(value), *source, target->second)
+                               : std::nullopt;
+    if (!converted)
+      throw FmuError(file_.name() + ": found a value in the unit '" + value.unit + "' for a connector in '" +
+                     unit + "'; allowed: the same unit, or units of the same quantity that Units defines");
+    return {exact_text(*converted), unit, {}};
+  }
+
   /// Connectors of inner systems that nothing leads to, farthest first, each with its step onwards: the value of the first that
   /// has one starts the component at the end.
   void start_at(const std::vector<End>& way, const std::vector<FmuSystem::Connection::Step>& steps,
@@ -402,9 +419,12 @@ class SystemReader {
     std::size_t i = 0;
     while (i < way.size() && !scopes_[way[i].scope].starts.contains(way[i].connector)) ++i;
     if (i == way.size() || to.element < 0) return;
-    FmuRequest::Value value = scopes_[way[i].scope].starts.at(way[i].connector);
+    const Scope& scope = scopes_[way[i].scope];
+    FmuRequest::Value value =
+        in_unit_of(scope.connectors.at(way[i].connector).unit, scope.starts.at(way[i].connector));
     for (; i < steps.size(); ++i) {
-      if (!steps[i].converts_units) value.unit.clear();
+      value = steps[i].converts_units ? in_unit_of(steps[i].unit, value)
+                                      : FmuRequest::Value{value.text, steps[i].unit, {}};
       if (steps[i].factor == 1.0 && steps[i].offset == 0.0) continue;
       value = {exact_text(steps[i].factor * value_of(value) + steps[i].offset), steps[i].unit, {}};
     }

@@ -412,6 +412,20 @@ TEST(Ssp, AConnectorOfAnInnerSystemGivesItsValueToWhatItLeadsTo) {
                 "<ssc:LinearTransformation factor='2' offset='1'/></ssd:Connection>");
   DeviceCell scaled(load_xml(alone, "", "", nested_set()));
   EXPECT_EQ(scaled.read("Motor_drive_winding_1", "u"), 11.0);
+  // A value in another unit is converted ahead of the transformation.
+  std::string in_mV = alone;
+  const std::string five = "<ssv:Real value='5'/>",
+                    stated =
+                        connector("u", "input") + connector("speed", "input", "<ssc:Real unit='rad/s'/>");
+  in_mV.replace(in_mV.find(five), five.size(), "<ssv:Real value='5000' unit='mV'/>");
+  ASSERT_NE(in_mV.find(stated), std::string::npos);
+  in_mV.replace(in_mV.find(stated), connector("u", "input").size(),
+                connector("u", "input", "<ssc:Real unit='V'/>"));
+  const std::string volt = "<ssc:Unit name='V'>";
+  in_mV.insert(in_mV.find(volt),
+               "<ssc:Unit name='mV'><ssc:BaseUnit kg='1' m='2' s='-3' A='-1' factor='0.001'/></ssc:Unit>");
+  DeviceCell converted(load_xml(in_mV, "", "", nested_set()));
+  EXPECT_EQ(converted.read("Motor_drive_winding_1", "u"), 11.0);
   // A connection to it wins: the system's own input has 12.
   DeviceCell connected(load_xml(nested_xml("", "", five_volts), "", "", nested_set()));
   ASSERT_TRUE(connected.step());
