@@ -372,7 +372,7 @@ int main_of(int argc, char** argv) {
 
 int main(int argc, char** argv) {
 #ifdef __GLIBC__
-  // The steps allocate and free much: memory that goes back to the system between them costs a tenth of the time.
+  // The steps allocate and free much: memory that goes back to the system between them costs a fifth of the time.
   mallopt(M_TRIM_THRESHOLD, 1 << 30);
   mallopt(M_MMAP_THRESHOLD, 32 << 20);  // the largest that glibc takes
   mallopt(M_TOP_PAD, 64 << 20);
