@@ -198,14 +198,8 @@ class Wiring {
   std::string in_unit_of(const FmuVariable& variable, const std::string& name,
                          const FmuRequest::Value& value) const {
     if (value.unit.empty() || variable.unit.empty() || value.unit == variable.unit) return value.text;
-    const auto defined = fmu_.units.find(variable.unit);
-    const FmuUnit* target = defined == fmu_.units.end() ? nullptr : &defined->second;
-    const FmuUnit* source = value.defined ? &*value.defined : nullptr;
-    if (const auto own = fmu_.units.find(value.unit); source == nullptr && own != fmu_.units.end())
-      source = &own->second;
     const auto number = finite_number(value.text);
-    const auto converted =
-        source != nullptr && target != nullptr && number ? in_unit(*number, *source, *target) : std::nullopt;
+    const auto converted = number ? in_unit(*number, value, variable.unit, fmu_.units) : std::nullopt;
     if (!converted)
       fail("file", "the parameter set gives '" + name + "' in the unit '" + value.unit +
                        "'; allowed: that of the FMU, '" + variable.unit +

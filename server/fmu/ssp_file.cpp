@@ -1,7 +1,6 @@
 #include "server/fmu/ssp_file.h"
 
 #include <algorithm>
-#include <set>
 #include <tuple>
 
 #include "idl/common/parse.h"
@@ -18,6 +17,7 @@ using ssp::read_parameter_set;
 using ssp::read_units;
 using ssp::SspXml;
 using ssp::transform;
+using ssp::unit_name;
 using ssp::Values;
 using tinyxml2::XMLElement;
 
@@ -115,7 +115,7 @@ class SystemReader {
                      {"Real", "Integer", "Boolean", "String", "Enumeration", "Binary", "Float64", "Float32",
                       "Int8", "UInt8", "Int16", "UInt16", "Int32", "UInt32", "Int64", "UInt64"},
                      [&](const XMLElement& type, std::string_view name) {
-                       connector.unit = SspXml::text(type, "unit");
+                       connector.unit = unit_name(SspXml::text(type, "unit"));
                        connector.is_number = name != "String" && name != "Binary";
                        connector.type = name == "Boolean" ? SignalType::boolean
                                         : name == "Real" || name == "Float64" || name == "Float32"
@@ -399,13 +399,7 @@ class SystemReader {
   FmuRequest::Value in_unit_of(const std::string& unit, const FmuRequest::Value& value) const {
     if (value.unit.empty()) return {value.text, unit, {}};
     if (unit.empty() || value.unit == unit) return value;
-    const auto own = system_.units.find(value.unit), target = system_.units.find(unit);
-    const FmuUnit* source = value.defined                ? &*value.defined
-                            : own != system_.units.end() ? &own->second
-                                                         : nullptr;
-    const auto converted = source != nullptr && target != system_.units.end()
-                               ? in_unit(value_of(value), *source, target->second)
-                               : std::nullopt;
+    const auto converted = in_unit(value_of(value), value, unit, system_.units);
     if (!converted)
       throw FmuError(file_.name() + ": found a value in the unit '" + value.unit + "' for a connector in '" +
                      unit + "'; allowed: the same unit, or units of the same quantity that Units defines");

@@ -89,6 +89,12 @@ void SspXml::children(const XMLElement& element, const std::vector<std::string_v
   }
 }
 
+std::string unit_name(const std::string& stated) {
+  return stated.size() > 2 && stated.front() == '[' && stated.back() == ']'
+             ? stated.substr(1, stated.size() - 2)
+             : stated;
+}
+
 std::map<std::string, FmuUnit> read_units(const SspXml& file, const XMLElement& units) {
   std::map<std::string, FmuUnit> result;
   file.children(units, {"Unit"}, [&](const XMLElement& element, std::string_view) {
@@ -105,21 +111,10 @@ std::map<std::string, FmuUnit> read_units(const SspXml& file, const XMLElement& 
       unit.offset = file.number(base, "offset", 0.0);
       if (unit.factor == 0.0) file.fail(base, "factor='0'", "another number");
     });
-    result[file.required(element, "name")] = unit;
+    result[unit_name(file.required(element, "name"))] = unit;
   });
   return result;
 }
-
-namespace {
-
-/// Tools write [m] for m.
-std::string unit_name(std::string stated) {
-  return stated.size() > 2 && stated.front() == '[' && stated.back() == ']'
-             ? stated.substr(1, stated.size() - 2)
-             : stated;
-}
-
-}  // namespace
 
 void read_parameter_set(const SspXml& file, const XMLElement& set, const std::string& prefix,
                         Values& values) {

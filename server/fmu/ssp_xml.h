@@ -47,6 +47,9 @@ class SspXml {
   std::unique_ptr<tinyxml2::XMLDocument> document_;
 };
 
+/// Some tools write [m] for m.
+std::string unit_name(const std::string& stated);
+
 /// By name; of an element Units.
 std::map<std::string, FmuUnit> read_units(const SspXml& file, const XMLElement& units);
 

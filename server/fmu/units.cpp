@@ -12,9 +12,13 @@ bool is_number(const FmuUnit& unit) {
 
 }  // namespace
 
-std::optional<double> in_unit(double value, const FmuUnit& from, const FmuUnit& to) {
+std::optional<double> in_unit(double number, const FmuRequest::Value& value, const std::string& unit,
+                              const std::map<std::string, FmuUnit>& units) {
+  const auto source = units.find(value.unit), target = units.find(unit);
+  if (target == units.end() || (!value.defined && source == units.end())) return std::nullopt;
+  const FmuUnit &from = value.defined ? *value.defined : source->second, &to = target->second;
   if (from.exponents != to.exponents && !(is_number(from) && is_number(to))) return std::nullopt;
-  return (from.factor * value + from.offset - to.offset) / to.factor;
+  return (from.factor * number + from.offset - to.offset) / to.factor;
 }
 
 }  // namespace takt

@@ -464,6 +464,12 @@ TEST(Ssp, ValuesAreConvertedToTheUnitOfTheVariable) {
   EXPECT_EQ(started("[V]"), 1500.0) << "as some tools write it";
   EXPECT_EQ(started("mV", units), 1.5);
   EXPECT_EQ(started("[mV]", units), 1.5);
+  std::string bracketed = units;
+  bracketed.replace(bracketed.find("'mV'"), 4, "'[mV]'");
+  EXPECT_EQ(started("[mV]", bracketed), 1.5);
+  System system;
+  system.ports.replace(system.ports.find("'V'"), 3, "'[V]'");
+  EXPECT_EQ(load_system(system)->description.devices[0].signals[1].unit, "V");
   for (const auto& [unit, defined] : {std::pair{"m", units}, std::pair{"mV", std::string()}}) try {
       started(unit, defined);
       ADD_FAILURE() << unit;

@@ -371,11 +371,9 @@ int main_of(int argc, char** argv) {
 }  // namespace takt
 
 int main(int argc, char** argv) {
-#ifdef __GLIBC__
   // The steps allocate and free much: memory that goes back to the system between them costs a fifth of the time.
   mallopt(M_TRIM_THRESHOLD, 1 << 30);
   mallopt(M_MMAP_THRESHOLD, 32 << 20);  // the largest that glibc takes
   mallopt(M_TOP_PAD, 64 << 20);
-#endif
   return takt::main_of(argc, argv);
 }
