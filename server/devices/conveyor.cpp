@@ -4,6 +4,7 @@
 
 #include "idl/common/text.h"
 #include "plant_models/state_bytes.h"
+#include "server/devices/axis_loads.h"
 #include "server/devices/sliding_parts.h"
 
 namespace takt {
@@ -14,7 +15,12 @@ constexpr KindSignal kConveyorSignals[] = {
     commanded_flag("run", "1 runs the belt at `set_speed`, 0 stops it"),
     commanded("set_speed", "m/s", "±`max_speed_m_per_s`", "negative: backwards"),
     reported("speed", "m/s", "of the belt, with sign"),
-    reported("position", "m", "travel of the belt since the start")};
+    reported("position", "m", "travel of the belt since the start"),
+    reported(
+        "force", "N",
+        "of the drive, along the belt, or at `radius_m` of a curve: friction and inertia of belt and load"),
+    reported("power", "W", "of the drive: negative while the load drives it"),
+    reported("energy", "J", "work of the drive since the start")};
 
 void describe_curve(Fields& f, ScenarioConveyorCurve& s) {
   f.field("center_m", s.center_G, vector3("m"),
@@ -45,6 +51,9 @@ void describe(Fields& f, ScenarioConveyor& s) {
           "Speed until another one is commanded; without it: the largest.");
   f.check(!s.speed_m_per_s || std::abs(*s.speed_m_per_s) <= s.max_speed_m_per_s, "speed_m_per_s",
           s.speed_m_per_s ? number_text(*s.speed_m_per_s, 6) : "", "at most max_speed_m_per_s, either way");
+  f.field("moving_mass_kg", s.moving_mass_kg, not_negative("kg"),
+          "Mass of the belt and, at its speed, of the rollers.");
+  f.field("friction_N", s.friction_N, not_negative("N"), "Friction of belt and rollers, against the motion.");
   f.field("running", s.running, Flag{}, "The belt runs at the start.");
 }
 
@@ -62,14 +71,17 @@ void build(const ScenarioConveyor& s, DeviceBuilder& b) {
   p.acceleration = s.max_acceleration_m_per_s2;
   p.set_speed = s.speed_m_per_s.value_or(s.max_speed_m_per_s);
   p.running = s.running;
+  p.mass_kg = s.moving_mass_kg;
+  p.friction_N = s.friction_N;
   b.mechanism<SlidingParts>();
+  b.mechanism<AxisLoads>();
   b.cell.contact.belts.push_back(p.ground);
   b.add<Conveyor>(p, described(kConveyorSignals, {{-p.max_speed, p.max_speed}}));
 }
 
 DeviceType conveyor_type() {
   return device_type<ScenarioConveyor>(DeviceType::Owner::cell, "conveyors", "Conveyors.",
-                                       "A ground whose surface moves.", false, kConveyorSignals);
+                                       "A ground whose surface moves.", true, kConveyorSignals);
 }
 
 Conveyor::Conveyor(const ConveyorParameters& parameters) : p_(parameters) {
@@ -81,6 +93,7 @@ void Conveyor::reset() {
   run_ = p_.running;
   set_speed_ = p_.set_speed;
   halted_ = false;
+  work_ = {};
   if (run_) motion_.run_at(0.0, set_speed_, {.acceleration = p_.acceleration});
 }
 
@@ -102,6 +115,16 @@ void Conveyor::allow_motion(double t, bool allowed) {
   if (halted_ != allowed) return;
   halted_ = !allowed;
   follow(t);
+}
+
+void Conveyor::take_load(double t, double h, const Wrench& load_W, const CellMotion& motion) {
+  const BodyMotion& body = motion.bodies[static_cast<std::size_t>(p_.ground)];
+  const Vec3 axis_W = body.X_WB.R * p_.axis_G;
+  double along = axis_W.dot(load_W.f);
+  if (p_.curved) along = axis_W.dot(load_W.t - (body.X_WB.R * p_.center_G).cross(load_W.f)) / p_.radius_m;
+  const double rate = speed(t), gain = motion_.acceleration(t);
+  const double friction_N = rate == 0.0 ? 0.0 : std::copysign(p_.friction_N, rate);
+  work_.take(p_.mass_kg * gain + friction_N - along, rate, h);
 }
 
 void Conveyor::write_motion(double t, const double*, CellMotion& motion) const {
@@ -132,11 +155,15 @@ void Conveyor::read_signals(double t, const double*, const CellMotion&, std::spa
   signals[set_speed] = set_speed_;
   signals[speed_now] = speed(t);
   signals[position] = coordinate(t);
+  signals[force] = work_.force;
+  signals[power] = work_.power_W;
+  signals[energy] = work_.energy_J;
 }
 
 void Conveyor::save(StateWriter& out) const {
   motion_.save(out);
   out.put(run_), out.put(set_speed_), out.put(halted_);
+  work_.save(out);
 }
 
 void Conveyor::load(StateReader& in) {
@@ -144,6 +171,7 @@ void Conveyor::load(StateReader& in) {
   run_ = in.flag("'run'");
   set_speed_ = in.number("the commanded speed of a conveyor");
   halted_ = in.flag("'halted'");
+  work_.load(in);
 }
 
 }  // namespace takt

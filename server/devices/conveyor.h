@@ -10,6 +10,7 @@
 #include "plant_models/ground_carrier.h"
 #include "plant_models/mechanics/axis_motion.h"
 #include "server/devices/device_type.h"
+#include "server/devices/drive_work.h"
 
 namespace takt {
 
@@ -25,6 +26,7 @@ struct ScenarioConveyor {
   Vec3 direction_G = Vec3::UnitX();
   std::optional<ScenarioConveyorCurve> curve;
   double max_speed_m_per_s = 0.0, max_acceleration_m_per_s2 = 0.0;
+  double moving_mass_kg = 0.0, friction_N = 0.0;
   std::optional<double> speed_m_per_s;  ///< until another one is commanded; unset: the largest
   bool running = false;                 ///< at the start
 };
@@ -37,12 +39,13 @@ struct ConveyorParameters {
   Vec3 center_G = Vec3::Zero();  ///< on the axis
   double radius_m = 1.0;         ///< of the line where its speed counts
   double max_speed = 0.0, acceleration = 1.0, set_speed = 0.0;
+  double mass_kg = 0.0, friction_N = 0.0;  ///< of belt and rollers
   bool running = false;
 };
 
 class Conveyor final : public DeviceModel, public GroundCarrier {
  public:
-  enum Signal : int { run, set_speed, speed_now, position, kSignals };
+  enum Signal : int { run, set_speed, speed_now, position, force, power, energy, kSignals };
   explicit Conveyor(const ConveyorParameters& parameters);
 
   void write_motion(double t, const double* x, CellMotion& motion) const override;
@@ -53,6 +56,10 @@ class Conveyor final : public DeviceModel, public GroundCarrier {
                     std::span<double> signals) const override;
   void save(StateWriter& out) const override;
   void load(StateReader& in) override;
+
+  /// Discrete, at the begin of a step of length h, after the commands: what acts on the belt's Ground, about its origin. Counts the
+  /// work of the drive.
+  void take_load(double t, double h, const Wrench& load_W, const CellMotion& motion);
 
   int belt() const override { return p_.ground; }
   void allow_motion(double t, bool allowed) override;
@@ -67,6 +74,7 @@ class Conveyor final : public DeviceModel, public GroundCarrier {
   AxisMotion motion_;
   bool run_ = false, halted_ = false;
   double set_speed_ = 0.0;
+  DriveWork work_;
 };
 
 }  // namespace takt

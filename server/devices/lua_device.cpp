@@ -5,8 +5,8 @@
 #include <bit>
 #include <cmath>
 #include <fstream>
+#include <functional>
 #include <sstream>
-#include <unordered_set>
 
 #include "idl/common/text.h"
 #include "server/devices/lua_declarations.h"
@@ -301,10 +301,13 @@ class LuaDevice::Interpreter final : private Declarations {
   // All that the script can reach: variables of functions, and tables. Addresses are constant while the interpreter lives.
 
   static std::uint64_t mixed(std::uint64_t a, std::uint64_t b) {
-    StateHash hash;
-    hash.add(a);
-    hash.add(b);
-    return hash.value();
+    // Two rounds of splitmix64 (Steele, Lea, Flood 2014).
+    std::uint64_t z = a + 0x9E3779B97F4A7C15ULL;
+    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9ULL;
+    z = (z ^ (z >> 27)) * 0x94D049BB133111EBULL;
+    z = (z ^ (z >> 31)) + b;
+    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9ULL;
+    return z ^ (z >> 27);
   }
   std::uint64_t value_print(lua_State* L, int index) {
     const int type = lua_type(L, index);
@@ -319,10 +322,15 @@ class LuaDevice::Interpreter final : private Declarations {
       case LUA_TSTRING: {
         std::size_t length = 0;
         const char* text = lua_tolstring(L, index, &length);
+        // Of equal short strings there is one.
+        if (length <= kShortString) return mixed(kind, std::bit_cast<std::uintptr_t>(text));
         return mixed(kind, std::hash<std::string_view>{}({text, length}));
       }
-      case LUA_TTABLE:
       case LUA_TFUNCTION:
+        if (lua_iscfunction(L, index) != 0)
+          return mixed(kind, std::bit_cast<std::uintptr_t>(lua_topointer(L, index)));
+        [[fallthrough]];
+      case LUA_TTABLE:
         visit(L, index);
         return mixed(kind, std::bit_cast<std::uintptr_t>(lua_topointer(L, index)));
       default:
@@ -330,7 +338,10 @@ class LuaDevice::Interpreter final : private Declarations {
     }
   }
   void visit(lua_State* L, int index) {
-    if (!seen_.insert(lua_topointer(L, index)).second) return;
+    const void* address = lua_topointer(L, index);
+    const auto place = std::lower_bound(seen_.begin(), seen_.end(), address, std::less<>());
+    if (place != seen_.end() && *place == address) return;
+    seen_.insert(place, address);
     if (++depth_ > kMostDepth || lua_checkstack(L, 6) == 0)
       throw std::runtime_error(where() + "tables and functions nest deeper than 100");
     const int at = lua_absindex(L, index);
@@ -340,7 +351,7 @@ class LuaDevice::Interpreter final : private Declarations {
         const std::uint64_t key = value_print(L, lua_absindex(L, -2));
         sum_ += mixed(mixed(own, key), value_print(L, -1));  // a sum: the order of a table is not fixed
       }
-    } else if (lua_iscfunction(L, at) == 0) {
+    } else {
       for (int i = 1; lua_getupvalue(L, at, i) != nullptr; ++i) {
         sum_ += mixed(mixed(own, static_cast<std::uint64_t>(i)), value_print(L, -1));
         lua_pop(L, 1);
@@ -382,8 +393,9 @@ class LuaDevice::Interpreter final : private Declarations {
   std::array<int, 4> proxies_{};
   int step_ = LUA_NOREF, derivatives_ = LUA_NOREF;
   std::uint64_t fingerprint_ = 0, sum_ = 0;
-  std::unordered_set<const void*> seen_;
+  std::vector<const void*> seen_;  ///< sorted
   static constexpr int kMostDepth = 100;
+  static constexpr std::size_t kShortString = 40;  ///< Lua keeps one of each (LUAI_MAXSHORTLEN)
   int depth_ = 0;
   // Of the present call.
   double time_s_ = 0.0;

@@ -50,6 +50,38 @@ TEST_P(FrictionOfBelt, ABlockAtRestIsAcceleratedByMuGUntilItHasTheSpeedOfTheBelt
 INSTANTIATE_TEST_SUITE_P(Conveyor, FrictionOfBelt, testing::Values("regularised", "stick"),
                          [](const auto& law) { return law.param; });
 
+/// Sliding, a box of 1 kg takes mu g; at the speed of the belt only its friction is left. Of the work on the box one half is its
+/// kinetic energy, the other is lost by slip.
+TEST_P(FrictionOfBelt, ItsDriveBearsTheFrictionAndLosesTheSlip) {
+  DeviceRun run(
+      "conveyor",
+      {at_level(3), "contact.defaults={friction: 0.1, friction_law: " + GetParam() + "}",
+       "parts.Second.pose.position_m=[0, 3, 0]", "conveyors.Conveyor.max_acceleration_m_per_s2=1000",
+       "conveyors.Conveyor.running=false", "conveyors.Conveyor.friction_N=4"});
+  ASSERT_TRUE(run.run_to(0.2));
+  EXPECT_NEAR(run.signal("Conveyor", "force"), 0.0, 1e-3);
+  run.set("Conveyor", "run", 1.0);
+  ASSERT_TRUE(run.run_to(0.3));
+  EXPECT_NEAR(run.signal("Conveyor", "force"), 4.0 + 0.1 * kGravity_m_per_s2, 0.02);
+  EXPECT_NEAR(run.signal("Conveyor", "power"), 0.2 * run.signal("Conveyor", "force"), 1e-9);
+  ASSERT_TRUE(run.run_to(0.8));
+  EXPECT_NEAR(run.signal("Conveyor", "force"), 4.0, 0.02);
+  EXPECT_NEAR(run.signal("Conveyor", "energy"), 4.0 * 0.2 * 0.6 + 0.04, 2e-3);
+}
+
+/// At level 1 the belt's mass and the box take m a, and the work is their kinetic energy.
+TEST(Conveyor, ItsDriveAcceleratesBeltAndLoad) {
+  DeviceRun run("conveyor", {"conveyors.Conveyor.running=false", "conveyors.Conveyor.moving_mass_kg=5",
+                             "parts.Second.pose.position_m=[0, 3, 0]"});
+  ASSERT_TRUE(run.run_to(0.1));
+  run.set("Conveyor", "run", 1.0);
+  ASSERT_TRUE(run.run_to(0.29));
+  EXPECT_NEAR(run.signal("Conveyor", "force"), 6.0, 0.02);
+  ASSERT_TRUE(run.run_to(1.0));
+  EXPECT_NEAR(run.signal("Conveyor", "force"), 0.0, 1e-3);
+  EXPECT_NEAR(run.signal("Conveyor", "energy"), 0.5 * 6.0 * 0.04, 2e-3);
+}
+
 TEST(Conveyor, ATrueStickLawHoldsABlockInTheMaterialOfTheBelt) {
   // Below mu g the block follows the acceleration of the belt, and nothing creeps.
   DeviceRun run("conveyor", {at_level(3), "contact.defaults={friction: 0.3, friction_law: stick}",

@@ -7,7 +7,9 @@
 #include <queue>
 #include <stdexcept>
 #include <string>
-#include <unordered_map>
+#include <tuple>
+#include <utility>
+#include <vector>
 
 namespace takt {
 namespace {
@@ -25,56 +27,95 @@ struct Edge {
     return low != o.low ? low > o.low : high > o.high;
   }
   bool same(const Edge& o) const { return low == o.low && high == o.high; }
-  std::uint64_t key() const { return (std::uint64_t{low} << 32) | high; }
-};
-
-struct KeyHash {
-  std::size_t operator()(std::uint64_t key) const {
-    key *= 0x9E3779B97F4A7C15ULL;  // 2^64 / golden ratio: spreads neighbouring numbers
-    return static_cast<std::size_t>(key ^ (key >> 32));
-  }
 };
 
 class Refiner {
  public:
   Refiner(const TriangleMesh& mesh, const RefinementOptions& options) : options_(options), mesh_(mesh) {
-    neighbours_.reserve(3 * mesh_.triangles.size());
+    join();
+    for (std::uint32_t i = 0; i < mesh_.triangles.size(); ++i) demand(i);
+  }
+
+  TriangleMesh run() {
+    while (!demanded_.empty()) {
+      const Demand wanted = demanded_.top();
+      demanded_.pop();
+      // Skips an edge that is gone or whose triangles need no division. One that had moved to another triangle before was demanded
+      // by that one too.
+      std::uint32_t triangle = wanted.triangle;
+      for (std::size_t k = side_of(triangle, wanted.edge);
+           k < 3 && (asks(triangle) || asks(beyond_[triangle][k])); k = side_of(triangle, wanted.edge)) {
+        for (const std::uint32_t added : halve(longest_from({wanted.edge, triangle})))
+          if (side_of(triangle, wanted.edge) == 3 && side_of(added, wanted.edge) < 3) triangle = added;
+      }
+    }
+    return std::move(mesh_);
+  }
+
+ private:
+  /// An edge, and a triangle that has it.
+  struct Demand {
+    Edge edge;
+    std::uint32_t triangle = kNone;
+    bool operator<(const Demand& o) const { return edge < o.edge; }
+  };
+  using Sides = std::array<std::uint32_t, 3>;
+
+  /// Finds the triangles beyond each edge.
+  void join() {
+    struct Side {
+      std::uint32_t low, high, triangle, side;
+    };
+    std::vector<Side> sides;
+    sides.reserve(3 * mesh_.triangles.size());
+    beyond_.assign(mesh_.triangles.size(), Sides{kNone, kNone, kNone});
+    first_.assign(mesh_.triangles.size(), {});
     for (std::uint32_t i = 0; i < mesh_.triangles.size(); ++i) {
       const auto& t = mesh_.triangles[i];
       if (std::max({t[0], t[1], t[2]}) >= mesh_.vertices.size() || t[0] == t[1] || t[1] == t[2] ||
           t[2] == t[0])
         throw std::invalid_argument("refinement: triangle " + std::to_string(i) +
                                     " names a vertex twice or one that is not there");
-      for (std::size_t k = 0; k < 3; ++k) attach(edge(t[k], t[(k + 1) % 3]), i);
+      for (std::uint32_t k = 0; k < 3; ++k)
+        sides.push_back({std::min(t[k], t[(k + 1) % 3]), std::max(t[k], t[(k + 1) % 3]), i, k});
     }
-    for (std::uint32_t i = 0; i < mesh_.triangles.size(); ++i) demand(i);
-  }
-
-  TriangleMesh run() {
-    while (!demanded_.empty()) {
-      const Edge wanted = demanded_.top();
-      demanded_.pop();
-      // Skips an edge that is gone or whose triangles need no division.
-      for (auto entry = neighbours_.find(wanted.key());
-           entry != neighbours_.end() && (asks(entry->second[0]) || asks(entry->second[1]));
-           entry = neighbours_.find(wanted.key()))
-        halve(longest_from(wanted));
+    std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
+      return std::tie(a.low, a.high, a.triangle) < std::tie(b.low, b.high, b.triangle);
+    });
+    const auto same = [&sides](std::size_t i, std::size_t k) {
+      return k < sides.size() && sides[i].low == sides[k].low && sides[i].high == sides[k].high;
+    };
+    for (std::size_t i = 0; i < sides.size(); ++i) {
+      if (!same(i, i + 1)) continue;
+      if (same(i, i + 2))
+        throw std::invalid_argument("refinement: the edge between vertices " + std::to_string(sides[i].low) +
+                                    " and " + std::to_string(sides[i].high) +
+                                    " belongs to more than two triangles");
+      const Side &one = sides[i], &other = sides[i + 1];
+      beyond_[one.triangle][one.side] = other.triangle;
+      beyond_[other.triangle][other.side] = one.triangle;
+      first_[one.triangle][one.side] = true;
+      ++i;
     }
-    return std::move(mesh_);
   }
-
- private:
-  using Pair = std::array<std::uint32_t, 2>;
 
   Edge edge(std::uint32_t a, std::uint32_t b) const {
     const std::uint32_t low = std::min(a, b);
     const std::uint32_t high = std::max(a, b);
     return {(mesh_.vertices[high] - mesh_.vertices[low]).squaredNorm(), low, high};
   }
-
-  Edge longest_of(std::uint32_t triangle) const {
+  /// Side k goes from corner k to the next.
+  Edge edge_of(std::uint32_t triangle, std::size_t k) const {
     const auto& t = mesh_.triangles[triangle];
-    return std::max({edge(t[0], t[1]), edge(t[1], t[2]), edge(t[2], t[0])});
+    return edge(t[k], t[(k + 1) % 3]);
+  }
+  /// 3: it has no such edge.
+  std::size_t side_of(std::uint32_t triangle, const Edge& e) const {
+    if (triangle == kNone) return 3;
+    const auto& t = mesh_.triangles[triangle];
+    for (std::size_t k = 0; k < 3; ++k)
+      if (std::min(t[k], t[(k + 1) % 3]) == e.low && std::max(t[k], t[(k + 1) % 3]) == e.high) return k;
+    return 3;
   }
 
   bool asks(std::uint32_t triangle) const {
@@ -85,70 +126,87 @@ class Refiner {
     return options_.region->overlaps({a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)});
   }
 
-  void attach(const Edge& e, std::uint32_t triangle) {
-    const auto [entry, is_new] = neighbours_.try_emplace(e.key(), Pair{triangle, kNone});
-    if (is_new) return;
-    if (entry->second[1] != kNone)
-      throw std::invalid_argument("refinement: the edge between vertices " + std::to_string(e.low) + " and " +
-                                  std::to_string(e.high) + " belongs to more than two triangles");
-    entry->second[1] = triangle;
-  }
-
   void demand(std::uint32_t triangle) {
     if (!asks(triangle)) return;
-    const auto& t = mesh_.triangles[triangle];
     for (std::size_t k = 0; k < 3; ++k) {
-      const Edge e = edge(t[k], t[(k + 1) % 3]);
-      if (std::sqrt(e.squared) > options_.edge_m) demanded_.push(e);
+      const Edge e = edge_of(triangle, k);
+      if (std::sqrt(e.squared) > options_.edge_m) demanded_.push({e, triangle});
     }
   }
 
   /// Walks along ever longer edges to one that is the longest of all its triangles.
-  Edge longest_from(Edge e) const {
+  Demand longest_from(Demand at) const {
     for (;;) {
-      Edge next = e;
-      for (const std::uint32_t triangle : neighbours_.at(e.key()))
-        if (triangle != kNone) next = std::max(next, longest_of(triangle));
-      if (next.same(e)) return e;
-      e = next;
+      Demand next = at;
+      for (const std::uint32_t triangle :
+           {at.triangle, beyond_[at.triangle][side_of(at.triangle, at.edge)]}) {
+        if (triangle == kNone) continue;
+        for (std::size_t k = 0; k < 3; ++k)
+          if (const Edge e = edge_of(triangle, k); next.edge < e) next = {e, triangle};
+      }
+      if (next.edge.same(at.edge)) return at;
+      at = next;
     }
   }
 
-  void halve(const Edge& e) {
-    const Pair sides = neighbours_.at(e.key());
-    const std::size_t grown = mesh_.triangles.size() + (sides[1] == kNone ? 1 : 2);
+  /// Returns the new triangles.
+  std::array<std::uint32_t, 2> halve(const Demand& at) {
+    const std::size_t side = side_of(at.triangle, at.edge);
+    std::uint32_t one = at.triangle, other = beyond_[one][side];
+    const std::size_t grown = mesh_.triangles.size() + (other == kNone ? 1 : 2);
     if (grown > options_.max_triangles || mesh_.vertices.size() >= kNone)
       throw std::invalid_argument("refinement: an edge of " + std::to_string(options_.edge_m) +
                                   " m would need more than " + std::to_string(options_.max_triangles) +
                                   " triangles");
-    neighbours_.erase(e.key());
     const auto middle = static_cast<std::uint32_t>(mesh_.vertices.size());
-    mesh_.vertices.push_back(0.5 * (mesh_.vertices[e.low] + mesh_.vertices[e.high]));
-    for (const std::uint32_t triangle : sides)
-      if (triangle != kNone) halve_triangle(triangle, e, middle);
+    mesh_.vertices.push_back(0.5 * (mesh_.vertices[at.edge.low] + mesh_.vertices[at.edge.high]));
+    if (other != kNone && !first_[one][side]) std::swap(one, other);
+    const std::uint32_t added = halve_triangle(one, at.edge, middle);
+    if (other == kNone) return {added, kNone};
+    const std::uint32_t other_added = halve_triangle(other, at.edge, middle);
+    for (const std::uint32_t half : {one, added}) {
+      for (const std::uint32_t opposite : {other, other_added}) {
+        for (std::size_t k = 0; k < 3; ++k) {
+          const Edge e = edge_of(half, k);
+          if (e.high != middle || beyond_[half][k] != kNone) continue;
+          const std::size_t back = side_of(opposite, e);
+          if (back == 3) continue;
+          beyond_[half][k] = opposite;
+          beyond_[opposite][back] = half;
+          first_[half][k] = true;
+        }
+      }
+    }
+    return {added, other_added};
   }
 
-  void halve_triangle(std::uint32_t triangle, const Edge& e, std::uint32_t middle) {
+  /// Returns the new triangle. What is beyond the halves of the edge stays open.
+  std::uint32_t halve_triangle(std::uint32_t triangle, const Edge& e, std::uint32_t middle) {
     std::array<std::uint32_t, 3> t = mesh_.triangles[triangle];
-    // Turned until the third corner is the one opposite to the edge.
-    while (t[2] == e.low || t[2] == e.high) t = {t[1], t[2], t[0]};
+    std::size_t turn = 0;  // until the third corner is the one opposite to the edge
+    while (t[2] == e.low || t[2] == e.high) t = {t[1], t[2], t[0]}, ++turn;
     const auto added = static_cast<std::uint32_t>(mesh_.triangles.size());
+    const Edge moved = edge(t[1], t[2]);
+    const std::uint32_t beyond_moved = beyond_[triangle][(1 + turn) % 3],
+                        beyond_kept = beyond_[triangle][(2 + turn) % 3];
+    const bool moved_first = first_[triangle][(1 + turn) % 3], kept_first = first_[triangle][(2 + turn) % 3];
     mesh_.triangles[triangle] = {t[0], middle, t[2]};
     mesh_.triangles.push_back({middle, t[1], t[2]});
-    Pair& moved = neighbours_.at(edge(t[1], t[2]).key());
-    moved[moved[0] == triangle ? 0 : 1] = added;
-    attach(edge(t[0], middle), triangle);
-    attach(edge(middle, t[1]), added);
-    attach(edge(middle, t[2]), triangle);
-    attach(edge(middle, t[2]), added);
+    beyond_[triangle] = {kNone, added, beyond_kept};
+    first_[triangle] = {false, true, kept_first};
+    beyond_.push_back({kNone, beyond_moved, triangle});
+    first_.push_back({false, moved_first, false});
+    if (beyond_moved != kNone) beyond_[beyond_moved][side_of(beyond_moved, moved)] = added;
     demand(triangle);
     demand(added);
+    return added;
   }
 
   const RefinementOptions options_;
   TriangleMesh mesh_;
-  std::unordered_map<std::uint64_t, Pair, KeyHash> neighbours_;  ///< lookups only: its order has no effect
-  std::priority_queue<Edge> demanded_;
+  std::vector<Sides> beyond_;                 ///< by triangle: the triangles beyond its sides, or kNone
+  std::vector<std::array<bool, 3>> first_{};  ///< whether it is divided ahead of the one beyond
+  std::priority_queue<Demand> demanded_;
 };
 
 }  // namespace

@@ -176,6 +176,15 @@ events::OfLoop event_of(const DeviceNotice& notice) {
       return events::PartEntered{notice.device, notice.part};
     case DeviceNotice::Kind::part_lost:
       return events::PartLost{notice.device, notice.part, notice.load_N, notice.force_N};
+    case DeviceNotice::Kind::axis_overloaded:
+    case DeviceNotice::Kind::table_overloaded: {
+      events::AxisOverloaded event;
+      event.device = notice.device;
+      event.unit = FixedString<8>(notice.kind == DeviceNotice::Kind::table_overloaded ? "N m" : "N");
+      event.load = notice.load_N;
+      event.limit = notice.force_N;
+      return event;
+    }
     case DeviceNotice::Kind::motion_stopped:
       return events::MotionStopped{notice.device};
     case DeviceNotice::Kind::motion_released:

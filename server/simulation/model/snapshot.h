@@ -111,20 +111,23 @@ struct MotionNotice {
 /// A notice of a device.
 struct DeviceNotice {
   enum class Kind : std::uint8_t {
-    part_entered,     ///< a source brings a Part into the cell
-    part_removed,     ///< a sink takes a Part out of the cell
-    part_taken_off,   ///< the same, from a component that held it; other: that component
-    part_lost,        ///< the load of a holder exceeds its force
-    motion_stopped,   ///< emergency stop or open door: nothing may move
-    motion_released,  ///< by a reset
+    part_entered,      ///< a source brings a Part into the cell
+    part_removed,      ///< a sink takes a Part out of the cell
+    part_taken_off,    ///< the same, from a component that held it; other: that component
+    part_lost,         ///< the load of a holder exceeds its force
+    axis_overloaded,   ///< the load of an axis exceeds what its drive has, in N
+    table_overloaded,  ///< the same of a rotary one, in N m
+    motion_stopped,    ///< emergency stop or open door: nothing may move
+    motion_released,   ///< by a reset
   };
   Kind kind{};
   double time_s = 0.0;
   std::uint64_t step = 0;
   int device = -1;
-  int part = -1;                       ///< component
-  int other = -1;                      ///< component
-  double load_N = 0.0, force_N = 0.0;  ///< of a holder that lost its Part
+  int part = -1;   ///< component
+  int other = -1;  ///< component
+  double load_N = 0.0,
+         force_N = 0.0;  ///< of a holder that lost its Part, or an axis; torques of a rotary one (N m)
 };
 
 /// Load of the friction at a gripper, at levels of detail 1 and 2 (simulation/step/grip_loads.h).

@@ -125,8 +125,11 @@ void CellPlant::build() {
   const auto add_grounds = [&] {
     for (FixedBody& ground : grounds_) models.push_back(&ground);
   };
-  const bool ride = std::any_of(robots_.begin(), robots_.end(),
-                                [](const KinematicRobot& robot) { return robot.parameters().mount >= 0; });
+  const auto on_ground = [](const GroundCarrier* carrier) { return carrier->mount() >= 0; };
+  const bool ride =
+      std::any_of(carriers_.begin(), carriers_.end(), on_ground) ||
+      std::any_of(robots_.begin(), robots_.end(),
+                  [](const KinematicRobot& robot) { return robot.parameters().mount >= 0; });
   const bool grounds_first = !carriers_.empty() || ride;
   if (grounds_first) add_grounds();
   models.insert(models.end(), carrier_models_.begin(), carrier_models_.end());
