@@ -75,7 +75,8 @@ class LuaDevice::Interpreter final : private Declarations {
     const std::string error = call(2, 0);
     stepping_ = false, motion_ = nullptr;
     if (!error.empty()) throw std::runtime_error(error);
-    if (fingerprint() != fingerprint_)
+    const long long steps = std::llround(t / p_.step_s);
+    if ((steps < kWatchedSteps || steps % kWatchedPeriod == 0) && fingerprint() != fingerprint_)
       throw std::runtime_error(
           "device '" + p_.device + "': " + p_.file +
           ": step has changed a variable outside of self; what a device remembers is declared "
@@ -395,6 +396,8 @@ class LuaDevice::Interpreter final : private Declarations {
   std::uint64_t fingerprint_ = 0, sum_ = 0;
   std::vector<const void*> seen_;  ///< sorted
   static constexpr int kMostDepth = 100;
+  /// All variables are compared after each of the first steps, then at this period: that takes longer than a step of a device.
+  static constexpr long long kWatchedSteps = 64, kWatchedPeriod = 8;
   static constexpr std::size_t kShortString = 40;  ///< Lua keeps one of each (LUAI_MAXSHORTLEN)
   int depth_ = 0;
   // Of the present call.

@@ -304,6 +304,21 @@ TEST(LuaDevice, AnErrorWhileTheCellRunsIsAFaultWithFileAndLine) {
   EXPECT_EQ(TextCell(flow + "return {x = 1}\nend").fault(), "");
 }
 
+TEST(LuaDevice, AVariableThatChangesLateIsFoundWithinEightSteps) {
+  for (const int change : {100, 104, 107}) {
+    const TextCell cell(
+        "output('calls')\nlocal hidden = 0\nfunction step(self, dt)\n"
+        "if self.time > " +
+        std::to_string(change - 0.5) +
+        " * dt then hidden = 1 end\n"
+        "self.signals.calls = self.signals.calls + 1\nend");
+    DeviceRun run(cell.load());
+    ASSERT_TRUE(run.steps(change)) << change;
+    EXPECT_FALSE(run.steps(8)) << change;
+    EXPECT_THAT(run.simulation().fault(), HasSubstr("has changed a variable outside of self"));
+  }
+}
+
 TEST(LuaDevice, ACellRunsAgainAfterTheResetOfAnEndlessLoop) {
   DeviceRun run(TextCell("input('stop', {type = 'boolean'})\noutput('calls')\nfunction step(self, dt)\n"
                          "while self.signals.stop do end\nself.signals.calls = self.signals.calls + 1\nend")
