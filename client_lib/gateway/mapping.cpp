@@ -179,10 +179,15 @@ void describe_outputs(Fields& f, std::vector<OutputMapping>& outputs, const Cell
 void describe_inputs(Fields& f, std::vector<InputMapping>& inputs, const CellInfo& cell,
                      const IsElement& is_element, const char* allowed) {
   describe_elements(f, "inputs", inputs, "Elements that the controller reads.", is_element, allowed,
-                    [&](InputMapping& input) { describe_input(f, input, cell); });
+                    [&](InputMapping& input) {
+                      f.field("value", input.value, NumberRange{},
+                              "A fixed number, for what the cell does not have, e.g. a program override.");
+                      describe_input(f, input, cell, {"value"});
+                    });
 }
 
 double number_of(const InputMapping& input, const State& state) {
+  if (input.value) return *input.value;
   double number = 0.0;
   if (input.gripper.empty()) {
     number = state.signals(input.device).at(input.signal);

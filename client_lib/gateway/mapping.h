@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -65,6 +66,7 @@ struct InputMapping {
   Measure measure = Measure::holding;
   bool inverted = false;
   double scale = 1.0, offset = 0.0, threshold = 0.5;
+  std::optional<double> value;  ///< a fixed one, in place of gripper and device
 };
 
 /// Keys robot, joints: order, sign, offset. Joints that are not mapped otherwise are in the cell's order. `count` 0: any

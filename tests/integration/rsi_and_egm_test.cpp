@@ -442,6 +442,26 @@ TEST(ForceSensorInProtocols, RsiSendsItsAxesAsElementsOfTheConfiguration) {
   for (std::size_t i = 0; i < sensor.size(); ++i) EXPECT_NEAR(force[i].get<double>(), sensor[i], 0.01) << i;
 }
 
+TEST(RsiOverUdp, FixedNumbersFillWhatTheCellDoesNotHave) {
+  Cell cell(kRsiScenario);
+  std::string elements, inputs = "inputs:\n";
+  std::vector<double> expected;
+  for (const char* axis : {"FX", "FY", "FZ", "TX", "TY", "TZ"}) {
+    expected.push_back(12.5 * static_cast<double>(expected.size() + 1));
+    elements += "<ELEMENT TAG=\"FT." + std::string(axis) + "\" TYPE=\"DOUBLE\" INDX=\"" +
+                std::to_string(expected.size()) + "\"/>";
+    inputs += "  FT." + std::string(axis) + ": {value: " + std::to_string(expected.back()) + "}\n";
+  }
+  const std::string last = R"(<ELEMENT TAG="DEF_Delay" TYPE="LONG"   INDX="INTERNAL" />)";
+  const LockstepRun run = rsi_lockstep(cell, kRsiController + inputs, {"--packets", "50", "--amplitude", "0"},
+                                       with(kRsiXml, last, last + elements));
+  EXPECT_EQ(run.code, 0) << run.gateway;
+  EXPECT_EQ(run.peer["force"].get<std::vector<double>>(), expected) << run.peer;
+  const LockstepRun both = rsi_lockstep(
+      cell, kRsiController + "inputs: {DEF_Delay: {value: 1, gripper: Gripper1}}\n", {"--packets", "1"});
+  EXPECT_NE(both.code, 0);
+}
+
 TEST(ForceSensorInProtocols, UrReadsItAndForceModePressesWithTheForceThatAProgramWants) {
   // The gripper holds P, which stands on the table; surface contact.
   const TemporaryDirectory directory;

@@ -1,6 +1,7 @@
 """Functions of URScript in takt-ur against what UR's script manual (e-Series, PolyScope 5) says of them."""
 
 import contextlib
+import json
 import math
 import socket
 import struct
@@ -123,6 +124,22 @@ def test_flags_outlast_their_program(peer):
     assert peer.lines('set_flag(31, True)\nset_flag(3, True)\nset_flag(3, False)') == []
     assert peer.lines('socket_send_line([get_flag(31), get_flag(3), get_flag(0)], "pc")') == ["[True, False, False]"]
     peer.lines("set_flag(31, False)")
+
+
+def test_outputs_of_rtde_are_read_by_name(peer):
+    names = ("actual_q", "robot_mode", "joint_mode", "payload_cog", "output_bit_register_64")
+    read_values = peer.lines("write_output_boolean_register(64, True)\n" +
+                             "\n".join(f'socket_send_line(get_rtde_value("{name}"), "pc")' for name in names) +
+                             '\nsocket_send_line(norm(get_actual_joint_positions()[0] - get_rtde_value(key="actual_q")[0]) < 1e-9, "pc")')
+    assert len(json.loads(read_values[0])) == 6
+    assert (read_values[1], json.loads(read_values[2]), len(json.loads(read_values[3]))) == ("7", [253] * 6, 3)
+    assert read_values[4:] == ["True", "True"]
+
+
+def test_commands_that_change_nothing_are_no_programs(peer):
+    for command in ("set sim", "set real", "confirm user safety parameters"):
+        peer.primary.sendall(command.encode() + b"\n")
+    assert peer.lines('socket_send_line("runs", "pc")') == ["runs"]
 
 
 def test_programs_of_grippers_and_panels_set_what_takt_has_not(peer):

@@ -147,6 +147,7 @@ constexpr Function kFunctions[] = {
     {"read_output_boolean_register", "address", reads, "RTDE register 0 to 127"},
     {"read_output_integer_register", "address", reads, "RTDE register 0 to 47"},
     {"read_output_float_register", "address", reads, "RTDE register 0 to 47"},
+    {"get_rtde_value", "key", reads, "RTDE output of this name"},
     {"write_output_boolean_register", "address, value", sets, "RTDE register 0 to 127"},
     {"write_output_integer_register", "address, value", sets, "RTDE register 0 to 47"},
     {"write_output_float_register", "address, value", sets, "RTDE register 0 to 47"},

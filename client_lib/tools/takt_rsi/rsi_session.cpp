@@ -291,6 +291,11 @@ class RealtimeRsi : public Controller {
       if (state->time < next_s_ - kTimeTolerance_s) return;
       next_s_ += period_s();
     }
+    // After a delay of this machine the next tick may follow at once; an answer has half a cycle at least.
+    const auto now = std::chrono::steady_clock::now();
+    if (m_.time == TimeReference::wall && now - sent_at_ < std::chrono::milliseconds(m_.krc.cycle_ms) / 2)
+      return;
+    sent_at_ = now;
     const std::uint64_t late = krc_.late();
     krc_.end_cycle();
     if (krc_.late() != late) {
@@ -319,6 +324,7 @@ class RealtimeRsi : public Controller {
   CellLink* link_ = nullptr;
   std::uint32_t epoch_ = 0;
   double next_s_ = 0.0;  ///< simulated time of the next cycle
+  std::chrono::steady_clock::time_point sent_at_;
 };
 
 /// Follows a KRC or VRC.

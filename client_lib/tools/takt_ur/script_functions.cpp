@@ -80,6 +80,31 @@ Value register_of(const Reading& r, bool is_input, std::string_view type) {
   return value.real[0];
 }
 
+/// An RTDE output by its name: a number, a bool or a list of numbers.
+Value rtde_value(const Reading& r) {
+  const rtde::Table& table = r.controller.outputs();
+  const auto index = table.find(r.arguments.text(0));
+  if (!index) r.arguments.fail("the name of an RTDE output");
+  const rtde::Type type = table.variables()[*index].type;
+  const rtde::Value& value = table.value(*index);
+  if (type == rtde::Type::boolean) return value.whole[0] != 0;
+  const bool real = rtde::is_real(type);
+  const auto number = [&](std::size_t i) {
+    if (!real) return Value::whole(static_cast<double>(value.whole.at(i)));
+    if (!std::isfinite(value.real.at(i))) throw urscript::ValueError("the output holds no finite number");
+    return Value(value.real.at(i));
+  };
+  const std::size_t count =
+      type == rtde::Type::vector3 ? 3
+      : type == rtde::Type::vector6 || type == rtde::Type::vector6_int32 || type == rtde::Type::vector6_uint32
+          ? 6
+          : 1;
+  if (count == 1) return number(0);
+  std::vector<Value> values;
+  for (std::size_t i = 0; i < count; ++i) values.push_back(number(i));
+  return Value::list(std::move(values));
+}
+
 /// The pose of the active TCP at joint positions where the given one is at `X_RT`.
 Pose for_active_tcp(const Reading& r, const Pose& X_RT, std::size_t tcp) {
   if (!r.arguments.given(tcp)) return X_RT;
@@ -252,6 +277,7 @@ const std::map<std::string_view, Reader>& readers() {
       {"read_output_boolean_register", [](R r) { return register_of(r, false, "bit"); }},
       {"read_output_integer_register", [](R r) { return register_of(r, false, "int"); }},
       {"read_output_float_register", [](R r) { return register_of(r, false, "double"); }},
+      {"get_rtde_value", rtde_value},
       {"get_actual_joint_positions", [](R r) { return list_value(r.controller.actual_position()); }},
       {"get_joint_positions", [](R r) { return list_value(r.controller.actual_position()); }},
       {"get_target_joint_positions", [](R r) { return list_value(r.controller.target_position()); }},

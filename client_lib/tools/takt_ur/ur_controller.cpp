@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <string_view>
 
 #include "client_lib/gateway/cell_link.h"
 #include "client_lib/gateway/ur/dh.h"
@@ -20,6 +22,10 @@ constexpr double kPowerChange_s = 0.2;
 constexpr double kRestTime_s = 0.1;
 constexpr int kProtectiveStopCode = 209;
 constexpr std::size_t kMostLogLines = 500;
+/// Commands of the controller that change nothing here: a program that was sent runs; modes as python-urx sets them; parameters as
+/// Hirebotics' urscript-tools confirms them.
+constexpr std::string_view kWithoutEffect[] = {"run program", "set sim", "set real",
+                                               "confirm user safety parameters"};
 
 std::uint64_t cycles(double seconds) {
   return static_cast<std::uint64_t>(std::ceil(seconds / UrController::kCycle_s));
@@ -304,7 +310,8 @@ void UrController::take_script(const std::string& script) {
     release_brakes(reason);
   } else if (text == "set unlock protective stop") {
     unlock_protective_stop(reason);
-  } else if (text != "run program") {  // a program that was sent runs
+  } else if (std::find(std::begin(kWithoutEffect), std::end(kWithoutEffect), text) ==
+             std::end(kWithoutEffect)) {
     run(text);
   }
 }

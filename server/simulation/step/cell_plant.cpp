@@ -126,10 +126,9 @@ void CellPlant::build() {
     for (FixedBody& ground : grounds_) models.push_back(&ground);
   };
   const auto on_ground = [](const GroundCarrier* carrier) { return carrier->mount() >= 0; };
-  const bool ride =
-      std::any_of(carriers_.begin(), carriers_.end(), on_ground) ||
-      std::any_of(robots_.begin(), robots_.end(),
-                  [](const KinematicRobot& robot) { return robot.parameters().mount >= 0; });
+  const bool ride = std::any_of(carriers_.begin(), carriers_.end(), on_ground) ||
+                    std::any_of(robots_.begin(), robots_.end(),
+                                [](const KinematicRobot& robot) { return robot.parameters().mount >= 0; });
   const bool grounds_first = !carriers_.empty() || ride;
   if (grounds_first) add_grounds();
   models.insert(models.end(), carrier_models_.begin(), carrier_models_.end());
