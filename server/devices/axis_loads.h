@@ -1,7 +1,8 @@
 #pragma once
-// What axes and belts carry, and what their drives do: at the begin of each step the wrenches on their Grounds (the substitute force or contact), of
-// robots that stand on these (from level of detail 2 on), of axes that stand on these, and of what moves with the axis itself
-// give the force of each drive, by d'Alembert's principle. A motion that needs more than its drive has stops (MovingGrounds::take_load).
+// What axes and belts carry, and what their drives do: at the begin of each step the wrenches on their Grounds (the substitute
+// force or contact), of robots that stand on these (from level of detail 2 on), of axes that stand on these, and of what moves
+// with the axis itself give the force of each drive, by d'Alembert's principle. A motion that needs more than its drive has
+// stops (MovingGrounds::take_load).
 #include <cstddef>
 #include <span>
 #include <vector>

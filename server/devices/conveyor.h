@@ -57,8 +57,8 @@ class Conveyor final : public DeviceModel, public GroundCarrier {
   void save(StateWriter& out) const override;
   void load(StateReader& in) override;
 
-  /// Discrete, at the begin of a step of length h, after the commands: what acts on the belt's Ground, about its origin. Counts the
-  /// work of the drive.
+  /// Discrete, at the begin of a step of length h, after the commands: what acts on the belt's Ground, about its origin. Counts
+  /// the work of the drive.
   void take_load(double t, double h, const Wrench& load_W, const CellMotion& motion);
 
   int belt() const override { return p_.ground; }

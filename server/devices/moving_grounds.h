@@ -116,11 +116,11 @@ class MovingGrounds : public DeviceModel, public GroundCarrier {
   /// The wrench of the moving mass on the carriage at that point, weight and inertia.
   Wrench own_load(double t, const CellMotion& motion) const;
   Vec3 load_point(const CellMotion& motion) const;
-  /// Discrete, at the begin of a step of length h, after the commands: the drive's force now, which counts its work. A motion that needs
-  /// more than the drive has stops: of an axis, whose drive bears peaks, by the mean over 20 ms. A piston gains what its force
-  /// leaves, and stands where nothing is left. True if the motion has changed.
+  /// Discrete, at the begin of a step of length h, after the commands: the drive's force now, which counts its work. A motion
+  /// that needs more than the drive has stops: of an axis, whose drive bears peaks, by the mean over 20 ms. A piston gains what
+  /// its force leaves, and stands where nothing is left. True if the motion has changed.
   bool take_load(double t, double h, double force);
-  /// The load was too much, and the command has not changed since.
+  /// An axis: the load was too much, and the command has not changed since. A piston: it has stood against it for 0.1 s.
   bool overloaded() const { return overloaded_; }
   double force() const { return work_.force; }
   /// What the drive has in the direction of its present force.

@@ -126,8 +126,8 @@ struct DeviceNotice {
   int device = -1;
   int part = -1;   ///< component
   int other = -1;  ///< component
-  double load_N = 0.0,
-         force_N = 0.0;  ///< of a holder that lost its Part, or an axis; torques of a rotary one (N m)
+  /// Of a holder that lost its Part, or of an axis; torques of a rotary one (N m).
+  double load_N = 0.0, force_N = 0.0;
 };
 
 /// Load of the friction at a gripper, at levels of detail 1 and 2 (simulation/step/grip_loads.h).
