@@ -175,7 +175,7 @@ TEST(SavedState, ForeignBytesAreRefusedWithASentence) {
   EXPECT_NE(target.restore_state(zeros).find("no saved state"), std::string::npos);
   std::vector<std::byte> earlier = saved.bytes;
   earlier[8] = std::byte{9};  // the format, behind eight letters
-  EXPECT_NE(target.restore_state(earlier).find("it has format 9, this program reads format 12"),
+  EXPECT_NE(target.restore_state(earlier).find("it has format 9, this program reads format 13"),
             std::string::npos);
   auto other = std::make_shared<CellModel>(*saved.cell.model());
   other->components[static_cast<std::size_t>(saved.cell.parts[0])].mass_kg *= 2.0;
