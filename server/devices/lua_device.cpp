@@ -10,6 +10,7 @@
 
 #include "idl/common/text.h"
 #include "server/devices/lua_declarations.h"
+#include "server/devices/seeded_noise.h"
 
 namespace takt {
 namespace {
@@ -301,15 +302,7 @@ class LuaDevice::Interpreter final : private Declarations {
 
   // All that the script can reach: variables of functions, and tables. Addresses are constant while the interpreter lives.
 
-  static std::uint64_t mixed(std::uint64_t a, std::uint64_t b) {
-    // Two rounds of splitmix64 (Steele, Lea, Flood 2014).
-    std::uint64_t z = a + 0x9E3779B97F4A7C15ULL;
-    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9ULL;
-    z = (z ^ (z >> 27)) * 0x94D049BB133111EBULL;
-    z = (z ^ (z >> 31)) + b;
-    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9ULL;
-    return z ^ (z >> 27);
-  }
+  static std::uint64_t mixed(std::uint64_t a, std::uint64_t b) { return splitmix64(splitmix64(a) + b); }
   std::uint64_t value_print(lua_State* L, int index) {
     const int type = lua_type(L, index);
     const auto kind = static_cast<std::uint64_t>(type) + 1;

@@ -74,12 +74,10 @@ MovingGroundsParameters of_moved(const ScenarioMovedGrounds& s, DeviceBuilder& b
 constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 
 /// The drive of an axis is the same in both directions.
-AxisDrive drive_of(const AxisDrive& moved, double mass_kg, double friction, std::optional<double> limit) {
-  AxisDrive drive = moved;
+void set_drive(AxisDrive& drive, double mass_kg, double friction, std::optional<double> limit) {
   drive.mass_kg = mass_kg;
   drive.friction = friction;
   drive.forward_limit = drive.backward_limit = limit.value_or(kUnlimited);
-  return drive;
 }
 
 template <class Axis>
@@ -156,7 +154,7 @@ void build(const ScenarioLinearAxis& s, DeviceBuilder& b) {
   p.forward_speed = p.backward_speed = s.max_speed_m_per_s;
   p.acceleration = s.max_acceleration_m_per_s2;
   p.switch_range = 1e-6;
-  p.drive = drive_of(p.drive, s.moving_mass_kg, s.friction_N, s.max_force_N);
+  set_drive(p.drive, s.moving_mass_kg, s.friction_N, s.max_force_N);
   add_axis<PositionAxis>(b, p, described_axis(kLinearSignals, p));
 }
 
@@ -201,7 +199,7 @@ void build(const ScenarioTurntable& s, DeviceBuilder& b) {
   p.forward_speed = p.backward_speed = s.max_speed_rad_per_s;
   p.acceleration = s.max_acceleration_rad_per_s2;
   p.switch_range = 1e-6;
-  p.drive = drive_of(p.drive, s.moving_mass_kg, s.friction_N_m, s.max_torque_N_m);
+  set_drive(p.drive, s.moving_mass_kg, s.friction_N_m, s.max_torque_N_m);
   p.drive.inertia_kg_m2 = s.moving_inertia_kg_m2;
   add_axis<PositionAxis>(b, p, described_axis(kRotarySignals, p));
 }
@@ -252,7 +250,7 @@ void build(const ScenarioCylinder& s, DeviceBuilder& b) {
   p.forward_speed = trapezoid_speed(s.stroke_m, s.extend_time_s, p.acceleration);
   p.backward_speed = trapezoid_speed(s.stroke_m, s.retract_time_s.value_or(s.extend_time_s), p.acceleration);
   p.switch_range = s.switch_range_m;
-  p.drive = drive_of(p.drive, s.moving_mass_kg, s.friction_N, {});
+  set_drive(p.drive, s.moving_mass_kg, s.friction_N, {});
   p.drive.piston = true;
   if (s.bore_m) {
     const double per_square = 0.25 * std::numbers::pi * s.pressure_Pa;

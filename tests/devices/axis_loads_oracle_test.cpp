@@ -186,17 +186,23 @@ TEST(AxisLoads, ALiftThatIsTooWeakForItsAccelerationBrakes) {
   EXPECT_EQ(run.signal("Lift", "at_lower_end"), 1.0);
 }
 
-/// Pressure times area of the piston, 1 % below and above the weight of the box.
+constexpr double kPiston_m2 = 0.25 * std::numbers::pi * 1e-4;
+
+/// In place of the lift's axis, with these further keys.
+std::vector<std::string> lifted_by_piston(const std::string& keys, int level = 1) {
+  return {at_level(level), "linear_axes={}",
+          "cylinders={Lift: {grounds: [Platform], direction: [0, 0, 1], extend_time_s: 1, bore_m: 0.01, " +
+              keys + "}}"};
+}
+
+/// Pressure times area of the piston, 1 % below and 12 % above the weight of the box.
 TEST_P(AxisLoad, ACylinderLiftsWhatPressureTimesAreaCarries) {
-  const double area_m2 = 0.25 * std::numbers::pi * 1e-4;
   for (const double share : {0.99, 1.12}) {
-    const std::string pressure = std::to_string(share * kBox_kg * kGravity / area_m2);
+    const std::string pressure = std::to_string(share * kBox_kg * kGravity / kPiston_m2);
     DeviceRun run(
         "lift",
-        {at_level(GetParam()), "linear_axes={}",
-         "cylinders={Lift: {grounds: [Platform], direction: [0, 0, 1], stroke_m: 0.2, extend_time_s: 1, "
-         "acceleration_m_per_s2: 1, bore_m: 0.01, rod_m: 0.004, pressure_Pa: " +
-             pressure + "}}"});
+        lifted_by_piston("stroke_m: 0.2, acceleration_m_per_s2: 1, rod_m: 0.004, pressure_Pa: " + pressure,
+                         GetParam()));
     ASSERT_TRUE(run.run_to(0.3));
     EXPECT_NEAR(run.signal("Lift", "force"), kBox_kg * kGravity, 1e-2);
     run.set("Lift", "extend", 1.0);
@@ -217,13 +223,9 @@ TEST_P(AxisLoad, ACylinderLiftsWhatPressureTimesAreaCarries) {
 /// With its force used up a piston gains (F - m g) / m, with the mass of piston and box together.
 TEST_P(AxisLoad, APistonAtItsLimitMovesByNewtonsLaw) {
   const double mass_kg = kBox_kg + 5.0, force_N = 62.0;
-  const std::string pressure = std::to_string(force_N / (0.25 * std::numbers::pi * 1e-4));
-  DeviceRun run(
-      "lift",
-      {at_level(GetParam()), "linear_axes={}",
-       "cylinders={Lift: {grounds: [Platform], direction: [0, 0, 1], stroke_m: 0.5, extend_time_s: 1, "
-       "moving_mass_kg: 5, bore_m: 0.01, pressure_Pa: " +
-           pressure + "}}"});
+  const std::string pressure = std::to_string(force_N / kPiston_m2);
+  DeviceRun run("lift",
+                lifted_by_piston("stroke_m: 0.5, moving_mass_kg: 5, pressure_Pa: " + pressure, GetParam()));
   ASSERT_TRUE(run.run_to(0.3));
   run.set("Lift", "extend", 1.0);
   ASSERT_TRUE(run.run_to(0.9));
@@ -235,11 +237,7 @@ TEST_P(AxisLoad, APistonAtItsLimitMovesByNewtonsLaw) {
 
 /// Down, the weight helps: the drive holds back, and a piston that could not lift it comes in.
 TEST(AxisLoads, APistonThatCannotLiftComesDown) {
-  DeviceRun run(
-      "lift",
-      {"linear_axes={}",
-       "cylinders={Lift: {grounds: [Platform], direction: [0, 0, 1], stroke_m: 0.2, extend_time_s: 1, "
-       "extended: true, bore_m: 0.01, pressure_Pa: 1e5}}"});
+  DeviceRun run("lift", lifted_by_piston("stroke_m: 0.2, extended: true, pressure_Pa: 1e5"));
   ASSERT_TRUE(run.run_to(0.3));
   EXPECT_NEAR(run.signal("Lift", "force"), kBox_kg * kGravity, 1e-2);  // 7.85 N would lift
   run.set("Lift", "extend", 0.0);

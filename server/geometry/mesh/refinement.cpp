@@ -7,9 +7,10 @@
 #include <queue>
 #include <stdexcept>
 #include <string>
-#include <tuple>
 #include <utility>
 #include <vector>
+
+#include "server/geometry/mesh/edges.h"
 
 namespace takt {
 namespace {
@@ -63,39 +64,30 @@ class Refiner {
 
   /// Finds the triangles beyond each edge.
   void join() {
-    struct Side {
-      std::uint32_t low, high, triangle, side;
-    };
-    std::vector<Side> sides;
-    sides.reserve(3 * mesh_.triangles.size());
-    beyond_.assign(mesh_.triangles.size(), Sides{kNone, kNone, kNone});
-    first_.assign(mesh_.triangles.size(), {});
-    for (std::uint32_t i = 0; i < mesh_.triangles.size(); ++i) {
+    for (std::size_t i = 0; i < mesh_.triangles.size(); ++i) {
       const auto& t = mesh_.triangles[i];
       if (std::max({t[0], t[1], t[2]}) >= mesh_.vertices.size() || t[0] == t[1] || t[1] == t[2] ||
           t[2] == t[0])
         throw std::invalid_argument("refinement: triangle " + std::to_string(i) +
                                     " names a vertex twice or one that is not there");
-      for (std::uint32_t k = 0; k < 3; ++k)
-        sides.push_back({std::min(t[k], t[(k + 1) % 3]), std::max(t[k], t[(k + 1) % 3]), i, k});
     }
-    std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
-      return std::tie(a.low, a.high, a.triangle) < std::tie(b.low, b.high, b.triangle);
-    });
-    const auto same = [&sides](std::size_t i, std::size_t k) {
-      return k < sides.size() && sides[i].low == sides[k].low && sides[i].high == sides[k].high;
-    };
-    for (std::size_t i = 0; i < sides.size(); ++i) {
-      if (!same(i, i + 1)) continue;
-      if (same(i, i + 2))
-        throw std::invalid_argument("refinement: the edge between vertices " + std::to_string(sides[i].low) +
-                                    " and " + std::to_string(sides[i].high) +
+    beyond_.assign(mesh_.triangles.size(), Sides{kNone, kNone, kNone});
+    first_.assign(mesh_.triangles.size(), {});
+    const std::vector<HalfEdge> edges = sorted_half_edges(mesh_);
+    for (std::size_t begin = 0, end = 0; begin < edges.size(); begin = end) {
+      end = end_of_edge(edges, begin);
+      const HalfEdge& one = edges[begin];
+      if (end - begin > 2)
+        throw std::invalid_argument("refinement: the edge between vertices " + std::to_string(one.low) +
+                                    " and " + std::to_string(one.high) +
                                     " belongs to more than two triangles");
-      const Side &one = sides[i], &other = sides[i + 1];
-      beyond_[one.triangle][one.side] = other.triangle;
-      beyond_[other.triangle][other.side] = one.triangle;
-      first_[one.triangle][one.side] = true;
-      ++i;
+      if (end - begin < 2) continue;
+      const std::uint32_t other = edges[begin + 1].triangle;
+      const Edge e{0.0, one.low, one.high};
+      const std::size_t side = side_of(one.triangle, e);
+      beyond_[one.triangle][side] = other;
+      beyond_[other][side_of(other, e)] = one.triangle;
+      first_[one.triangle][side] = true;
     }
   }
 
